@@ -1,0 +1,9 @@
+//! halflight.
+pub mod error;
+pub mod film;
+pub mod light;
+pub mod measure;
+pub mod optics;
+pub mod rays;
+pub mod sampling;
+pub mod scene;

@@ -1,0 +1,253 @@
+//! The two-half algebra: light is a column, what a pixel reads is a row, matter is a matrix between them.
+//!
+//! **Shooting multiplies matrices onto the light from the left; gathering multiplies matrices onto the row from
+//! the right.** Both give the same number because `row * (M * light) == (row * M) * light`, and that is the only
+//! reason the two methods agree.
+//!
+//! ```
+//! use glam::Vec3;
+//! use halflight::light::{Light, Matrix, Row};
+//! let light = Light::both(Vec3::ONE);
+//! let first = Matrix::new([[1.0, 0.0], [1.0, 0.0]]);
+//! let second = Matrix::new([[0.0, 0.0], [0.5, 0.0]]);
+//! let shot = Row::VISIBLE * (second * (first * light));
+//! let gathered = ((Row::VISIBLE * second) * first) * light;
+//! assert_eq!(shot, gathered);
+//! assert_eq!(shot, Vec3::splat(0.5));
+//! ```
+
+use glam::Vec3;
+use std::ops::{Add, AddAssign, Mul};
+
+/// Vector-valued light, paper eq. 7: an invisible half that travels and a visible half that is seen, each linear RGB.
+///
+/// The unit is that of its context: W for a photon's power, W m⁻² sr⁻¹ for radiance, W sr⁻¹ for intensity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// The half that ordinary matter reads (first column of its matrix).
+    pub invisible: Vec3,
+    /// The half that a pixel shows, paper eq. 8.
+    pub visible: Vec3,
+}
+
+impl Light {
+    /// No light.
+    pub const ZERO: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ZERO };
+
+    /// Light with the given halves.
+    pub const fn new(invisible: Vec3, visible: Vec3) -> Self {
+        Self { invisible, visible }
+    }
+
+    /// Light whose two halves are equal, paper eq. 11.
+    pub const fn both(rgb: Vec3) -> Self {
+        Self { invisible: rgb, visible: rgb }
+    }
+
+    /// The sum of all six components: what "power" means where one number must choose (roulette, lobe choice).
+    pub fn total(self) -> f32 {
+        (self.invisible + self.visible).element_sum()
+    }
+
+    /// True when all six components are finite.
+    pub fn is_finite(self) -> bool {
+        self.invisible.is_finite() && self.visible.is_finite()
+    }
+
+    /// True when all six components are exactly zero.
+    pub fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+}
+
+impl Add for Light {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::new(self.invisible + other.invisible, self.visible + other.visible)
+    }
+}
+
+impl AddAssign for Light {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// Colour filtering: both halves are multiplied by one RGB weight (a scalar lobe acts on the halves alike).
+impl Mul<Light> for Vec3 {
+    type Output = Light;
+    fn mul(self, light: Light) -> Light {
+        Light::new(self * light.invisible, self * light.visible)
+    }
+}
+
+impl Mul<Light> for f32 {
+    type Output = Light;
+    fn mul(self, light: Light) -> Light {
+        Light::new(self * light.invisible, self * light.visible)
+    }
+}
+
+/// A 2×2 coefficient matrix: rows are the outgoing half, columns the incoming half, invisible first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Matrix {
+    /// What invisible light becomes invisible.
+    pub inv_inv: f32,
+    /// What visible light becomes invisible.
+    pub inv_vis: f32,
+    /// What invisible light becomes visible.
+    pub vis_inv: f32,
+    /// What visible light becomes visible.
+    pub vis_vis: f32,
+}
+
+impl Matrix {
+    /// Nothing comes out.
+    pub const ZERO: Self = Self::new([[0.0, 0.0], [0.0, 0.0]]);
+    /// Everything comes out as it went in.
+    pub const IDENTITY: Self = Self::new([[1.0, 0.0], [0.0, 1.0]]);
+
+    /// From rows, as one writes it: `[[inv←inv, inv←vis], [vis←inv, vis←vis]]`.
+    pub const fn new(rows: [[f32; 2]; 2]) -> Self {
+        Self { inv_inv: rows[0][0], inv_vis: rows[0][1], vis_inv: rows[1][0], vis_vis: rows[1][1] }
+    }
+
+    /// The rows, as one writes them.
+    pub const fn rows(self) -> [[f32; 2]; 2] {
+        [[self.inv_inv, self.inv_vis], [self.vis_inv, self.vis_vis]]
+    }
+
+    /// True when every entry is exactly zero.
+    pub fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+
+    /// True when the off-diagonal entries are exactly zero; diagonal matrices commute with each other.
+    pub fn is_diagonal(self) -> bool {
+        self.inv_vis == 0.0 && self.vis_inv == 0.0
+    }
+
+    /// The largest entry.
+    pub fn max_entry(self) -> f32 {
+        self.inv_inv.max(self.inv_vis).max(self.vis_inv).max(self.vis_vis)
+    }
+}
+
+impl Mul<Light> for Matrix {
+    type Output = Light;
+    fn mul(self, light: Light) -> Light {
+        Light::new(
+            self.inv_inv * light.invisible + self.inv_vis * light.visible,
+            self.vis_inv * light.invisible + self.vis_vis * light.visible,
+        )
+    }
+}
+
+/// `a * b`: light meets `b` first.
+impl Mul for Matrix {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        Self {
+            inv_inv: self.inv_inv * b.inv_inv + self.inv_vis * b.vis_inv,
+            inv_vis: self.inv_inv * b.inv_vis + self.inv_vis * b.vis_vis,
+            vis_inv: self.vis_inv * b.inv_inv + self.vis_vis * b.vis_inv,
+            vis_vis: self.vis_inv * b.inv_vis + self.vis_vis * b.vis_vis,
+        }
+    }
+}
+
+impl Mul<Matrix> for f32 {
+    type Output = Matrix;
+    fn mul(self, m: Matrix) -> Matrix {
+        Matrix {
+            inv_inv: self * m.inv_inv,
+            inv_vis: self * m.inv_vis,
+            vis_inv: self * m.vis_inv,
+            vis_vis: self * m.vis_vis,
+        }
+    }
+}
+
+/// What is read from light: one RGB weight for each half. A pixel starts with [`Row::VISIBLE`], paper eq. 8.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Row {
+    /// Weight of the invisible half.
+    pub invisible: Vec3,
+    /// Weight of the visible half.
+    pub visible: Vec3,
+}
+
+impl Row {
+    /// Reads nothing.
+    pub const ZERO: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ZERO };
+    /// `[0 1]`: what a pixel of the picture shows.
+    pub const VISIBLE: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ONE };
+    /// `[1 0]`: what a pixel of the `invisible` layer shows.
+    pub const INVISIBLE: Self = Self { invisible: Vec3::ONE, visible: Vec3::ZERO };
+
+    /// True when all six components are exactly zero: nothing beyond can be read.
+    pub fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+
+    /// The sum of all six weights: how much this row still reads, as one number.
+    pub fn total(self) -> f32 {
+        (self.invisible + self.visible).element_sum()
+    }
+}
+
+impl Mul<Matrix> for Row {
+    type Output = Self;
+    fn mul(self, m: Matrix) -> Self {
+        Self {
+            invisible: self.invisible * m.inv_inv + self.visible * m.vis_inv,
+            visible: self.invisible * m.inv_vis + self.visible * m.vis_vis,
+        }
+    }
+}
+
+/// A scalar lobe on the way: both weights are filtered alike.
+impl Mul<Vec3> for Row {
+    type Output = Self;
+    fn mul(self, weight: Vec3) -> Self {
+        Self { invisible: self.invisible * weight, visible: self.visible * weight }
+    }
+}
+
+impl Mul<f32> for Row {
+    type Output = Self;
+    fn mul(self, weight: f32) -> Self {
+        Self { invisible: self.invisible * weight, visible: self.visible * weight }
+    }
+}
+
+/// The reading: linear RGB.
+impl Mul<Light> for Row {
+    type Output = Vec3;
+    fn mul(self, light: Light) -> Vec3 {
+        self.invisible * light.invisible + self.visible * light.visible
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_do_not_commute_and_order_is_light_first() {
+        let to_visible = Matrix::new([[0.0, 0.0], [1.0, 0.0]]);
+        let to_invisible = Matrix::new([[0.0, 1.0], [0.0, 0.0]]);
+        let light = Light::new(Vec3::splat(2.0), Vec3::splat(3.0));
+        assert_eq!(to_invisible * (to_visible * light), (to_invisible * to_visible) * light);
+        assert_ne!(to_invisible * to_visible, to_visible * to_invisible);
+    }
+
+    #[test]
+    fn a_row_reads_through_a_matrix_as_the_matrix_acts_on_light() {
+        let m = Matrix::new([[0.1, 0.2], [0.3, 0.4]]);
+        let light = Light::new(Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0));
+        for row in [Row::VISIBLE, Row::INVISIBLE] {
+            assert!(((row * m) * light - row * (m * light)).abs().max_element() < 1e-6);
+        }
+    }
+}

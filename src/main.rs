@@ -1,0 +1,2 @@
+//! halflight
+fn main() {}

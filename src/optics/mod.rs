@@ -1,0 +1,44 @@
+//! Matter: scalar lobes, one file each, and [`Bsdf`], the sum of coefficient matrix × lobe.
+//!
+//! Every direction is a unit vector that points *away* from the surface. `from` is where the walk came from and
+//! `to` where it goes on; shooting walks from the luminaire (`from` is the field's wi), gathering from the
+//! camera (`from` is wo). Lobe values are BSDFs in sr⁻¹ without the cosine.
+
+mod bsdf;
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod mirror;
+mod normals;
+mod thin_dielectric;
+
+pub use bsdf::{Bsdf, Lobe, Term};
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use fresnel::{fresnel_dielectric, refract};
+pub use mirror::Mirror;
+pub use normals::Normals;
+pub use thin_dielectric::ThinDielectric;
+
+use glam::Vec3;
+
+/// What the walk carries, which decides two factors that are not symmetric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Power from a luminaire: shading normals need their adjoint factor, refraction none.
+    Shooting,
+    /// A row from the camera, which reads radiance: refraction scales by η², shading normals need no factor.
+    Gathering,
+}
+
+/// One sampled direction of one lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Unit direction in which the walk goes on, away from the surface.
+    pub to: Vec3,
+    /// What the carried power or row is multiplied by: `f |cos| / pdf` (delta lobes: their weight / probability),
+    /// with the factors of [`Transport`] included.
+    pub weight: Vec3,
+    /// Density of `to` in solid angle (sr⁻¹); for a delta lobe the probability of the branch that was chosen.
+    pub pdf_solid_angle: f32,
+}

@@ -1,0 +1,58 @@
+use glam::Vec3;
+
+/// The two normals at a point of a surface, both on its front side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normals {
+    /// Of the triangle, unit length, out of its front (counter-clockwise) side. Decides sides.
+    pub geometric: Vec3,
+    /// Interpolated from the vertices, unit length, in the same half-space as `geometric`. Decides cosines.
+    pub shading: Vec3,
+}
+
+impl Normals {
+    /// Both normals the same.
+    pub fn flat(normal: Vec3) -> Self {
+        Self { geometric: normal, shading: normal }
+    }
+
+    /// A shading normal that looks away from the geometric one cannot be meant; the geometric one stands in.
+    pub fn new(geometric: Vec3, shading: Vec3) -> Self {
+        let shading = if shading.dot(geometric) > 0.0 { shading } else { geometric };
+        Self { geometric, shading }
+    }
+
+    /// True when `direction` leaves on the front side.
+    pub fn is_front(&self, direction: Vec3) -> bool {
+        self.geometric.dot(direction) > 0.0
+    }
+
+    /// True when both directions leave on the same side, by the geometric and by the shading normal alike.
+    /// Directions for which the two normals disagree neither reflect nor transmit.
+    pub fn same_side(&self, a: Vec3, b: Vec3) -> bool {
+        let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
+        let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
+        ag * bg > 0.0 && a_s * ag > 0.0 && bs * bg > 0.0
+    }
+
+    /// True when the directions leave on opposite sides, by the geometric and by the shading normal alike.
+    pub fn opposite_sides(&self, a: Vec3, b: Vec3) -> bool {
+        let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
+        let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
+        ag * bg < 0.0 && a_s * ag > 0.0 && bs * bg > 0.0
+    }
+
+    /// What power that arrives from `wi` counts for, against what the true cosine says: |wi·ns| / |wi·ng|.
+    /// One half of the adjoint factor; a photon that is deposited has it already. Veach 1997, eq. 5.17.
+    pub fn arrival(&self, wi: Vec3) -> f32 {
+        if self.shading == self.geometric {
+            return 1.0;
+        }
+        (wi.dot(self.shading) / wi.dot(self.geometric)).abs()
+    }
+
+    /// The adjoint factor of shading normals when light is shot, |wi·ns| |wo·ng| / (|wi·ng| |wo·ns|).
+    /// Veach 1997, eq. 5.19. One where the two normals are the same.
+    pub fn adjoint(&self, wi: Vec3, wo: Vec3) -> f32 {
+        self.arrival(wi) / self.arrival(wo)
+    }
+}

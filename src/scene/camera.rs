@@ -1,0 +1,66 @@
+use glam::Vec3;
+
+/// A pinhole or orthographic camera. Its three axes are unit vectors at right angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Centre of projection, scene space (m).
+    pub position: Vec3,
+    /// To the right of the picture.
+    pub right: Vec3,
+    /// To the top of the picture.
+    pub up: Vec3,
+    /// Into the picture.
+    pub forward: Vec3,
+    /// How directions map to the film.
+    pub projection: Projection,
+    /// Width / height that the scene asks for, if it does.
+    pub aspect: Option<f32>,
+}
+
+/// How a camera projects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Central projection.
+    Perspective {
+        /// Full vertical angle of view, radians.
+        yfov: f32,
+    },
+    /// Parallel projection.
+    Orthographic {
+        /// Half the height of what is seen, m.
+        half_height: f32,
+    },
+}
+
+impl Camera {
+    /// A camera at `position` that looks at `target`, with `up` roughly up.
+    pub fn look_at(position: Vec3, target: Vec3, up: Vec3, projection: Projection) -> Self {
+        let forward = (target - position).normalize();
+        let side = forward.cross(up);
+        let right = side.try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        Self { position, right, up: right.cross(forward), forward, projection, aspect: None }
+    }
+
+    /// Origin and unit direction of the ray through film point (x, y) in [0, 1]², (0, 0) top left, for a film of
+    /// the given width / height.
+    pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {
+        let (sx, sy) = ((2.0 * x - 1.0) * aspect, 1.0 - 2.0 * y);
+        match self.projection {
+            Projection::Perspective { yfov } => {
+                let h = (0.5 * yfov).tan();
+                (self.position, (self.forward + h * (sx * self.right + sy * self.up)).normalize())
+            }
+            Projection::Orthographic { half_height } => {
+                (self.position + half_height * (sx * self.right + sy * self.up), self.forward)
+            }
+        }
+    }
+
+    /// Side length (m) of what one pixel of a film `height` pixels high covers at `distance` along a ray, facing it.
+    pub fn footprint(&self, distance: f32, height: u32) -> f32 {
+        match self.projection {
+            Projection::Perspective { yfov } => 2.0 * (0.5 * yfov).tan() * distance / height as f32,
+            Projection::Orthographic { half_height } => 2.0 * half_height / height as f32,
+        }
+    }
+}

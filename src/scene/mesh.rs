@@ -1,0 +1,118 @@
+use crate::optics::Normals;
+use glam::Vec3;
+
+/// Triangles in scene space (m). Counter-clockwise is the front.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Unit vertex normals, as many as positions; read only for surfaces that are `smooth`.
+    pub normals: Vec<Vec3>,
+    /// Three vertex indices per triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// The surface each triangle belongs to.
+    pub surface: Vec<u32>,
+}
+
+/// What a run of triangles has in common: one glTF primitive under one node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Node name, for messages.
+    pub name: String,
+    /// Index into [`Scene::materials`](super::Scene::materials).
+    pub material: u32,
+    /// True: vertex normals are interpolated. False: triangles are flat.
+    pub smooth: bool,
+    /// True when the triangles enclose a volume: every edge is shared by two triangles that agree about its front.
+    pub closed: bool,
+}
+
+/// A point on a triangle, with what rays and lobes need there.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position in scene space.
+    pub position: Vec3,
+    /// Bound of the rounding error of each coordinate of `position`.
+    pub error: Vec3,
+    /// Geometric and shading normal, on the front side.
+    pub normals: Normals,
+    /// The triangle.
+    pub triangle: u32,
+}
+
+impl Mesh {
+    /// Corners of a triangle.
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// Area of a triangle, m².
+    pub fn area(&self, triangle: u32) -> f32 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Unit geometric normal of a triangle, out of its front.
+    pub fn normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).normalize()
+    }
+
+    /// Smallest and largest coordinates; zeros where there are no triangles.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        if self.positions.is_empty() {
+            return (Vec3::ZERO, Vec3::ZERO);
+        }
+        self.positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| (min.min(*p), max.max(*p)))
+    }
+
+    /// The point of `triangle` with barycentric weights (1 − u − v, u, v).
+    ///
+    /// `smooth`: interpolate vertex normals. The error bound follows pbrt 4th ed., eq. 6.30: three products and two
+    /// sums, γ(7) relative to the sum of their absolute values.
+    pub fn point(&self, triangle: u32, u: f32, v: f32, smooth: bool) -> SurfacePoint {
+        let corners = self.corners(triangle);
+        let weights = [1.0 - u - v, u, v];
+        let mut position = Vec3::ZERO;
+        let mut magnitude = Vec3::ZERO;
+        for (corner, weight) in corners.into_iter().zip(weights) {
+            position += weight * corner;
+            magnitude += (weight * corner).abs();
+        }
+        let geometric = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let normals = if smooth {
+            let [a, b, c] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
+            let shading = (weights[0] * a + weights[1] * b + weights[2] * c).normalize_or(geometric);
+            Normals::new(geometric, shading)
+        } else {
+            Normals::flat(geometric)
+        };
+        SurfacePoint { position, error: gamma(7) * magnitude, normals, triangle }
+    }
+}
+
+impl SurfacePoint {
+    /// Where a ray that leaves in `direction` starts: off the surface by no more than the rounding error of the
+    /// position demands, on the side it leaves to (pbrt 4th ed., §6.8.6). No constant in world units.
+    pub fn origin_towards(&self, direction: Vec3) -> Vec3 {
+        let n = self.normals.geometric;
+        let distance = self.error.dot(n.abs());
+        let offset = if n.dot(direction) < 0.0 { -distance * n } else { distance * n };
+        let moved = self.position + offset;
+        // Round away from the surface, so that adding a tiny offset to a large coordinate is not lost.
+        let away = |p: f32, o: f32| match o {
+            o if o > 0.0 => p.next_up(),
+            o if o < 0.0 => p.next_down(),
+            _ => p,
+        };
+        Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+    }
+}
+
+/// The bound nε/(1 − nε) of n roundings in f32 (Higham 2002), with ε = 2⁻²⁴.
+pub const fn gamma(n: u32) -> f32 {
+    let ne = n as f32 * (f32::EPSILON * 0.5);
+    ne / (1.0 - ne)
+}

@@ -1,0 +1,105 @@
+//! What is there: one flat soup of triangles with surfaces and materials, luminaires, a camera.
+//!
+//! Everything refers by index. Positions are f32 relative to [`Scene::origin`], so that a scene far from the
+//! world's origin loses nothing.
+
+mod builtin;
+mod camera;
+mod gltf;
+mod illumination;
+mod luminaire;
+mod material;
+mod mesh;
+
+pub use camera::{Camera, Projection};
+pub use illumination::{Illumination, Matter};
+pub use luminaire::{Emission, Luminaire, SpotCone};
+pub use material::Material;
+pub use mesh::{Mesh, Surface, SurfacePoint};
+
+use crate::error::{Error, Result};
+use glam::DVec3;
+use std::path::Path;
+
+/// A scene, ready to be planned.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// File name or `builtin:…`.
+    pub name: String,
+    /// All triangles.
+    pub mesh: Mesh,
+    /// What the triangles belong to: one per glTF primitive instance.
+    pub surfaces: Vec<Surface>,
+    /// What surfaces are made of.
+    pub materials: Vec<Material>,
+    /// What shines.
+    pub luminaires: Vec<Luminaire>,
+    /// From where it is seen.
+    pub camera: Camera,
+    /// World position (m) of the point that `mesh` and `camera` call zero.
+    pub origin: DVec3,
+    /// The scene's own default illumination (glTF scene extras), if it has one.
+    pub illumination: Option<Illumination>,
+    /// What the loader has to tell the user, one line each.
+    pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// Loads a `.gltf` or `.glb` file, or one of the built-in scenes by its name (`builtin:caustic-box`, …).
+    ///
+    /// Illumination is resolved with nothing asked for on the command line.
+    ///
+    /// # Errors
+    /// One line that names the file, the thing and the way out.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let mut scene = match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
+            Some(name) => builtin::scene(name)?,
+            None => gltf::load(path)?,
+        };
+        scene.illuminate(None, &[])?;
+        Ok(scene)
+    }
+
+    /// The built-in scenes: name and what each shows.
+    pub fn builtins() -> &'static [(&'static str, &'static str)] {
+        builtin::LIST
+    }
+
+    /// Resolves every material's matrices: `set` (by material name, `*` for all) over the material's own extras
+    /// over `asked` over the scene's default over global. Later entries of `set` win.
+    ///
+    /// # Errors
+    /// A name in `set` that no material has.
+    pub fn illuminate(&mut self, asked: Option<Illumination>, set: &[(String, Illumination)]) -> Result<()> {
+        let around = asked.or(self.illumination).unwrap_or(Illumination::GLOBAL);
+        for (name, _) in set {
+            if name != "*" && !self.materials.iter().any(|material| material.name == *name) {
+                let known: Vec<_> = self.materials.iter().map(|m| m.name.as_str()).collect();
+                return Err(Error::Usage(format!(
+                    "--set {name}=…: {} has no material of that name; it has {}",
+                    self.name,
+                    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+                )));
+            }
+        }
+        for material in &mut self.materials {
+            let chosen = set.iter().rev().find(|(name, _)| name == "*" || *name == material.name);
+            material.resolve(around, chosen.map(|(_, illumination)| *illumination));
+        }
+        Ok(())
+    }
+
+    /// The material of a triangle.
+    pub fn material_of(&self, triangle: u32) -> &Material {
+        &self.materials[self.surfaces[self.mesh.surface[triangle as usize] as usize].material as usize]
+    }
+
+    /// Centre and radius of the bounding sphere of all triangles; a point at zero where there are none.
+    pub fn bounding_sphere(&self) -> (glam::Vec3, f32) {
+        let (min, max) = self.mesh.bounds();
+        let centre = 0.5 * (min + max);
+        let radius = self.mesh.positions.iter().map(|p| p.distance(centre)).fold(0.0, f32::max);
+        (centre, radius)
+    }
+}
