@@ -229,6 +229,90 @@ impl Mul<Light> for Row {
     }
 }
 
+/// What a photon carries: both halves ([`Light`]), or the invisible half alone ([`Invisible`]) where nothing in the
+/// scene ever reads the other. Kernels are generic over it, so that what is left out costs nothing.
+pub trait Power: Copy + Default + Send + Sync + Add<Output = Self> + AddAssign {
+    /// The part of `light` that is carried.
+    fn of(light: Light) -> Self;
+    /// After matter with this coefficient matrix.
+    fn through(self, matrix: Matrix) -> Self;
+    /// After a scalar lobe with this RGB weight.
+    fn filtered(self, weight: Vec3) -> Self;
+    /// Multiplied by a number.
+    fn scaled(self, factor: f32) -> Self;
+    /// The sum of all components carried: what "power" means where one number must choose.
+    fn total(self) -> f32;
+    /// What `row` reads from it, linear RGB.
+    fn read(self, row: Row) -> Vec3;
+    /// The components, invisible half first.
+    fn light(self) -> Light;
+}
+
+impl Power for Light {
+    fn of(light: Light) -> Self {
+        light
+    }
+    fn through(self, matrix: Matrix) -> Self {
+        matrix * self
+    }
+    fn filtered(self, weight: Vec3) -> Self {
+        weight * self
+    }
+    fn scaled(self, factor: f32) -> Self {
+        factor * self
+    }
+    fn total(self) -> f32 {
+        self.total()
+    }
+    fn read(self, row: Row) -> Vec3 {
+        row * self
+    }
+    fn light(self) -> Light {
+        self
+    }
+}
+
+/// The invisible half alone: all that travels where no matrix has a second column.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Invisible(pub Vec3);
+
+impl Add for Invisible {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl AddAssign for Invisible {
+    fn add_assign(&mut self, other: Self) {
+        self.0 += other.0;
+    }
+}
+
+impl Power for Invisible {
+    fn of(light: Light) -> Self {
+        Self(light.invisible)
+    }
+    fn through(self, matrix: Matrix) -> Self {
+        Self(matrix.inv_inv * self.0)
+    }
+    fn filtered(self, weight: Vec3) -> Self {
+        Self(weight * self.0)
+    }
+    fn scaled(self, factor: f32) -> Self {
+        Self(factor * self.0)
+    }
+    fn total(self) -> f32 {
+        self.0.element_sum()
+    }
+    fn read(self, row: Row) -> Vec3 {
+        row.invisible * self.0
+    }
+    fn light(self) -> Light {
+        Light::new(self.0, Vec3::ZERO)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

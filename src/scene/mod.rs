@@ -13,7 +13,7 @@ mod mesh;
 
 pub use camera::{Camera, Projection};
 pub use illumination::{Illumination, Matter};
-pub use luminaire::{Emission, Luminaire, SpotCone};
+pub use luminaire::{Emission, Luminaire, SpotCone, warn_falloff};
 pub use material::Material;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 

@@ -1,0 +1,229 @@
+//! Direct light by connection: from a camera hit to a point on a luminaire.
+
+use crate::light::{Light, Matrix};
+use crate::plan::{Plan, Visibility};
+use crate::rays::Ray;
+use crate::sampling::Rng;
+use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+
+/// Light that arrives at a camera hit along one connection.
+#[derive(Clone, Copy, Debug)]
+pub struct Connection {
+    /// Unit direction to the luminaire.
+    pub wi: Vec3,
+    /// Radiance / pdf in solid angle for area luminaires, irradiance on a facing surface for punctual ones; both
+    /// are to be multiplied by `f |wi·ns|`. Visibility is not in it.
+    pub light: Light,
+    /// The segment that must be looked through, from the camera hit outward.
+    pub segment: Ray,
+}
+
+/// The luminaires as a camera hit sees them.
+pub struct Connections {
+    /// Punctual luminaires that are all connected at every hit, by index.
+    every: Vec<u32>,
+    /// Luminaires of which one is chosen, by index, with cumulative probabilities in proportion to power.
+    one_of: Vec<u32>,
+    cumulative: Vec<f64>,
+}
+
+/// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
+const SUMMED_PUNCTUALS: usize = 16;
+
+impl Connections {
+    /// Decides which luminaires are summed and which are chosen from.
+    pub fn new(scene: &Scene) -> Self {
+        let (_, radius) = scene.bounding_sphere();
+        let punctuals = scene.luminaires.iter().filter(|luminaire| luminaire.is_delta()).count();
+        let (mut every, mut one_of, mut cumulative) = (Vec::new(), Vec::new(), Vec::new());
+        let mut sum = 0.0;
+        for (i, luminaire) in scene.luminaires.iter().enumerate() {
+            if luminaire.is_delta() && punctuals <= SUMMED_PUNCTUALS {
+                every.push(i as u32);
+                continue;
+            }
+            let power = f64::from(luminaire.power(radius).total());
+            if power > 0.0 {
+                sum += power;
+                one_of.push(i as u32);
+                cumulative.push(sum);
+            }
+        }
+        cumulative.iter_mut().for_each(|c| *c /= sum);
+        Self { every, one_of, cumulative }
+    }
+
+    /// Calls `visit` with each connection of one sample; their sum is unbiased.
+    pub fn sample(
+        &self,
+        scene: &Scene,
+        point: &SurfacePoint,
+        rng: &mut Rng,
+        mut visit: impl FnMut(Connection),
+    ) {
+        for &i in &self.every {
+            if let Some(connection) = connect(scene, &scene.luminaires[i as usize], point, [0.5, 0.5]) {
+                visit(connection);
+            }
+        }
+        if self.one_of.is_empty() {
+            return;
+        }
+        let x = f64::from(rng.f32());
+        let chosen = self.cumulative.partition_point(|c| *c <= x).min(self.one_of.len() - 1);
+        let below = if chosen == 0 { 0.0 } else { self.cumulative[chosen - 1] };
+        let probability = (self.cumulative[chosen] - below) as f32;
+        let luminaire = &scene.luminaires[self.one_of[chosen] as usize];
+        if let Some(connection) = connect(scene, luminaire, point, rng.f32x2()) {
+            visit(Connection { light: (1.0 / probability) * connection.light, ..connection });
+        }
+    }
+}
+
+impl Plan {
+    /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
+    pub fn visibility_along(&self, segment: &Ray) -> Matrix {
+        match self.visibility {
+            Visibility::Everywhere => Matrix::IDENTITY,
+            Visibility::Transmittance => self.rays.transmittance(segment),
+        }
+    }
+}
+
+/// A point of one luminaire, seen from `point`. None: it does not shine there.
+fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 2]) -> Option<Connection> {
+    match *luminaire {
+        Luminaire::Triangle { triangle, emission, area } => {
+            let (target, density) = sample_triangle(scene, triangle, area, point.position, u)?;
+            let (segment, wi) = segment(point, target.origin_towards(point.position - target.position))?;
+            let facing = -wi.dot(target.normals.geometric);
+            if facing <= 0.0 && !emission.two_sided {
+                return None;
+            }
+            let sr = match density {
+                Density::SolidAngle(sr) => sr,
+                Density::Area => facing.abs() * area / segment.t_max.powi(2),
+            };
+            Some(Connection { wi, light: sr * emission.radiance, segment })
+        }
+        Luminaire::Point { position, intensity } => punctual(point, position, |_, _| 1.0, intensity),
+        Luminaire::Spot { position, direction, intensity, cone } => {
+            punctual(point, position, |out, _| cone.profile(out.dot(direction)), intensity)
+        }
+        Luminaire::Warn { position, direction, intensity, exponent, attenuation } => {
+            let profile = |out: Vec3, r: f32| {
+                let cos = out.dot(direction);
+                let directional = match exponent {
+                    0.0 => 1.0,
+                    _ if cos <= 0.0 => 0.0,
+                    _ => cos.powf(exponent),
+                };
+                directional * warn_falloff(attenuation, r)
+            };
+            punctual(point, position, profile, intensity)
+        }
+        Luminaire::Directional { direction, irradiance } => {
+            let wi = -direction;
+            let segment = Ray { origin: point.origin_towards(wi), direction: wi, t_max: f32::INFINITY };
+            Some(Connection { wi, light: irradiance, segment })
+        }
+    }
+}
+
+/// Light of a punctual luminaire: intensity × profile(direction out of it, distance) / r².
+fn punctual(
+    point: &SurfacePoint,
+    position: Vec3,
+    profile: impl Fn(Vec3, f32) -> f32,
+    intensity: Light,
+) -> Option<Connection> {
+    let (segment, wi) = segment(point, position)?;
+    let r = segment.t_max;
+    let profile = profile(-wi, r);
+    (profile > 0.0).then(|| Connection { wi, light: (profile / (r * r)) * intensity, segment })
+}
+
+/// The open segment from `point` (off its surface) to `target`. None where they coincide.
+fn segment(point: &SurfacePoint, target: Vec3) -> Option<(Ray, Vec3)> {
+    let origin = point.origin_towards(target - point.position);
+    let way = target - origin;
+    let length = way.length();
+    let direction = way / length;
+    direction.is_finite().then_some((Ray { origin, direction, t_max: length }, direction))
+}
+
+enum Density {
+    /// Uniform over the solid angle the triangle subtends (sr).
+    SolidAngle(f32),
+    /// Uniform over its area.
+    Area,
+}
+
+/// Below this solid angle rounding in f64 spoils the angles' excess, and area sampling is as good: the triangle is
+/// so small or far that the integrand is constant over it.
+const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
+
+/// A point of a triangle, uniform over its solid angle from `eye` where that is large enough to be told.
+fn sample_triangle(
+    scene: &Scene,
+    triangle: u32,
+    area: f32,
+    eye: Vec3,
+    u: [f32; 2],
+) -> Option<(SurfacePoint, Density)> {
+    let corners = scene.mesh.corners(triangle).map(|corner| (corner - eye).as_dvec3());
+    let nearest = corners.iter().map(|corner| corner.length_squared()).fold(f64::INFINITY, f64::min);
+    if f64::from(area) > SMALLEST_SOLID_ANGLE * nearest
+        && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
+    {
+        let [b1, b2] = barycentrics(corners, direction)?;
+        return Some((scene.mesh.point(triangle, b1, b2, false), Density::SolidAngle(sr as f32)));
+    }
+    let [b1, b2] = crate::sampling::warp::triangle(u);
+    Some((scene.mesh.point(triangle, b1, b2, false), Density::Area))
+}
+
+/// A direction uniform over the solid angle of the triangle `corners` (relative to the eye), and that angle in sr.
+/// J. Arvo 1995, "Stratified sampling of spherical triangles". None where the angle is too small or the eye lies in
+/// the triangle's plane.
+fn sample_spherical_triangle(corners: [DVec3; 3], u: [f32; 2]) -> Option<(DVec3, f64)> {
+    let [a, b, c] = corners.map(DVec3::normalize);
+    let (ab, bc, ca) = (a.cross(b).normalize(), b.cross(c).normalize(), c.cross(a).normalize());
+    let angle = |x: DVec3, y: DVec3| (-x.dot(y)).clamp(-1.0, 1.0).acos();
+    let (alpha, beta, gamma) = (angle(ab, ca), angle(bc, ab), angle(ca, bc));
+    let sr = alpha + beta + gamma - PI;
+    if !(sr > SMALLEST_SOLID_ANGLE) {
+        return None;
+    }
+    let (u0, u1) = (f64::from(u[0]), f64::from(u[1]));
+    let (s, t) = (u0 * sr - alpha).sin_cos();
+    let (sin_alpha, cos_alpha) = alpha.sin_cos();
+    let (p, q) = (t - cos_alpha, s + sin_alpha * a.dot(b));
+    let cos_side = ((q * t - p * s) * cos_alpha - q) / ((q * s + p * t) * sin_alpha);
+    let cos_side = if cos_side.is_finite() { cos_side.clamp(-1.0, 1.0) } else { 1.0 };
+    let along = |from: DVec3, towards: DVec3, cos: f64| {
+        let across = (towards - towards.dot(from) * from).normalize_or_zero();
+        cos * from + (1.0 - cos * cos).max(0.0).sqrt() * across
+    };
+    let c_sub = along(a, c, cos_side);
+    let z = 1.0 - u1 * (1.0 - c_sub.dot(b));
+    let direction = along(b, c_sub, z);
+    direction.is_finite().then_some((direction, sr))
+}
+
+/// Where `direction` from the eye meets the triangle's plane, as weights of the second and third corner, moved into
+/// the triangle where rounding leaves it.
+fn barycentrics([a, b, c]: [DVec3; 3], direction: DVec3) -> Option<[f32; 2]> {
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    let b1 = -a.dot(p) / determinant;
+    let b2 = direction.dot((-a).cross(e1)) / determinant;
+    if !(b1.is_finite() && b2.is_finite()) {
+        return None;
+    }
+    let b1 = b1.clamp(0.0, 1.0);
+    Some([b1 as f32, b2.clamp(0.0, 1.0 - b1) as f32])
+}

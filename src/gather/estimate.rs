@@ -1,0 +1,62 @@
+//! Density estimation: one photon map for each class of paths, with its own radius.
+
+use crate::light::Power;
+use crate::photon_map::PhotonMap;
+use crate::plan::Settings;
+use crate::scene::SurfacePoint;
+use crate::shoot::{PathClass, Photons};
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
+/// 2/3 balances them. Knaus & Zwicker 2011, §4.2.
+pub const ALPHA: f64 = 2.0 / 3.0;
+
+/// r_pass / r_0 with r²_{i+1} / r²_i = (i + α) / (i + 1), i = 1, 2, … (Knaus & Zwicker 2011, eq. 20); `pass` counts
+/// from zero. A function of the pass alone, so that any set of passes can be rendered anywhere.
+pub fn radius_factor(pass: u32) -> f32 {
+    let squared: f64 = (1..=u64::from(pass)).map(|i| ((i as f64 + ALPHA) / (i as f64 + 1.0)).ln()).sum();
+    (0.5 * squared).exp() as f32
+}
+
+/// The maps of one pass.
+pub struct Maps<P> {
+    by_class: [PhotonMap<P>; 3],
+    /// Gather radius of each class in pixel footprints.
+    radius: [f32; 3],
+}
+
+impl<P: Power> Maps<P> {
+    /// Builds a map of each class of photons for the radius of `pass`.
+    pub fn build(photons: Photons<P>, settings: &Settings, pass: u32) -> Self {
+        let shrink = radius_factor(pass);
+        let (wide, sharp) = (settings.indirect_radius * shrink, settings.caustic_radius * shrink);
+        Self { by_class: photons.by_class.map(PhotonMap::build), radius: [wide, sharp, wide] }
+    }
+
+    /// Irradiance (W m⁻²) by light of `class` that arrives on the side of `normal`; `footprint` is the side of what a
+    /// pixel covers there (m).
+    pub fn irradiance(&self, class: PathClass, point: &SurfacePoint, normal: Vec3, footprint: f32) -> P {
+        let map = &self.by_class[class as usize];
+        if map.is_empty() {
+            return P::default();
+        }
+        let radius = self.radius[class as usize] * footprint;
+        map.flux(point.position, normal, radius).scaled(1.0 / (PI * radius * radius))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_follow_the_schedule() {
+        assert_eq!(radius_factor(0), 1.0);
+        for pass in 0..50 {
+            let ratio = f64::from(radius_factor(pass + 1) / radius_factor(pass)).powi(2);
+            let i = f64::from(pass) + 1.0;
+            assert!((ratio - (i + ALPHA) / (i + 1.0)).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! Camera hits + map → image: the final pass, DESIGN "Gather".
+//!
+//! A camera ray carries rows (one for each picture that is made: the visible one, and the invisible one on request)
+//! and multiplies matrices onto them from the right. It goes straight on where the row does, is passed on by delta
+//! lobes, and ends at finite lobes: there direct light is connected and all other light is read from the maps.
+
+mod connect;
+mod estimate;
+
+pub use connect::Connections;
+pub use estimate::{ALPHA, Maps, radius_factor};
+
+use crate::light::{Light, Power, Row};
+use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
+use crate::plan::{Direct, Plan};
+use crate::rays::{Hit, Ray};
+use crate::sampling::{Rng, Stream};
+use crate::scene::SurfacePoint;
+use crate::shoot::PathClass;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// What a pass shows in each pixel, row-major from the top left, linear RGB.
+///
+/// `R` pictures are made at once: the visible one, and the invisible one where asked for.
+pub struct Gathered<const R: usize> {
+    /// One per pixel.
+    pub pixels: Vec<Pixel<R>>,
+}
+
+/// One pixel of one pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixel<const R: usize> {
+    /// Radiance (W m⁻² sr⁻¹) by who served it, for each picture.
+    pub parts: [Parts; R],
+    /// Distance along the camera ray to the first surface, m; infinity where there is none.
+    pub depth: f32,
+    /// Shading normal of the first surface, towards the camera.
+    pub normal: Vec3,
+    /// Reflectance of the first surface, lobes summed.
+    pub albedo: Vec3,
+}
+
+/// The radiance of a pixel by class of light path.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Parts {
+    /// Luminaires seen.
+    pub emitted: Vec3,
+    /// Straight from luminaires to the surface that is seen.
+    pub direct: Vec3,
+    /// Through delta lobes only.
+    pub caustic: Vec3,
+    /// Through at least one finite lobe.
+    pub indirect: Vec3,
+}
+
+impl Parts {
+    /// All of it.
+    pub fn total(&self) -> Vec3 {
+        self.emitted + self.direct + self.caustic + self.indirect
+    }
+}
+
+/// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by roulette.
+const CERTAIN_DELTA_CHAIN: u32 = 32;
+/// Survival probability of each further one.
+const DELTA_CHAIN_SURVIVAL: f32 = 0.9;
+
+/// Gathers one pass: one camera path through a random point of each pixel.
+pub fn gather<P: Power, const R: usize>(
+    plan: &Plan,
+    connections: &Connections,
+    maps: &Maps<P>,
+    pass: u32,
+) -> Gathered<R> {
+    let (width, height) = (plan.settings.width, plan.settings.height);
+    let mut pixels = vec![Pixel::<R>::EMPTY; width as usize * height as usize];
+    pixels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+        let mut walk = Walk { plan, connections, maps, stack: Vec::new(), hits: Vec::new() };
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let index = y as u64 * u64::from(width) + x as u64;
+            let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, index);
+            *pixel = walk.pixel(x as u32, y as u32, rng);
+        }
+    });
+    Gathered { pixels }
+}
+
+impl<const R: usize> Pixel<R> {
+    const EMPTY: Self = Self {
+        parts: [Parts { emitted: Vec3::ZERO, direct: Vec3::ZERO, caustic: Vec3::ZERO, indirect: Vec3::ZERO };
+            R],
+        depth: f32::INFINITY,
+        normal: Vec3::ZERO,
+        albedo: Vec3::ZERO,
+    };
+}
+
+/// One straight line still to be looked along.
+struct Line<const R: usize> {
+    origin: Vec3,
+    direction: Vec3,
+    rows: [Row; R],
+    /// Length of the camera path so far, m.
+    travelled: f32,
+    delta_chain: u32,
+}
+
+struct Walk<'a, P, const R: usize> {
+    plan: &'a Plan,
+    connections: &'a Connections,
+    maps: &'a Maps<P>,
+    stack: Vec<Line<R>>,
+    hits: Vec<Hit>,
+}
+
+impl<P: Power, const R: usize> Walk<'_, P, R> {
+    fn pixel(&mut self, x: u32, y: u32, mut rng: Rng) -> Pixel<R> {
+        let settings = &self.plan.settings;
+        let (width, height) = (settings.width as f32, settings.height as f32);
+        let [jx, jy] = rng.f32x2();
+        let (origin, direction) =
+            self.plan.scene.camera.ray((x as f32 + jx) / width, (y as f32 + jy) / height, width / height);
+        let mut pixel = Pixel::EMPTY;
+        // paper eq. 8: a pixel shows [0 1] L
+        let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
+        self.stack.push(Line { origin, direction, rows, travelled: 0.0, delta_chain: 0 });
+        while let Some(line) = self.stack.pop() {
+            self.look_along(&line, &mut pixel, &mut rng);
+        }
+        pixel
+    }
+
+    fn look_along(&mut self, line: &Line<R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let mut hits = std::mem::take(&mut self.hits);
+        self.plan.rays.crossings(&ray, &mut hits);
+        let mut rows = line.rows;
+        for hit in &hits {
+            let material = &self.plan.scene.materials[self.plan.material_index(hit.triangle)];
+            let point =
+                self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
+            let wo = -line.direction;
+            if pixel.depth == f32::INFINITY && line.delta_chain == 0 {
+                self.describe(pixel, hit, &point, wo, &material.bsdf);
+            }
+            if let Some(emission) = material.emission
+                && (emission.two_sided || point.normals.is_front(wo))
+            {
+                for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+                    parts.emitted += row * emission.radiance;
+                }
+            }
+            let travelled = line.travelled + hit.t;
+            if material.bsdf.has_finite_lobe() {
+                self.read_surface(&rows, &material.bsdf, &point, wo, travelled, pixel, rng);
+            }
+            if material.bsdf.has_delta_lobe() {
+                self.pass_on(&rows, &material.bsdf, &point, wo, travelled, line.delta_chain, rng);
+            }
+            rows = rows.map(|row| row * material.bsdf.straight);
+            if rows.iter().all(|row| row.is_zero()) {
+                break;
+            }
+        }
+        self.hits = hits;
+    }
+
+    fn describe(&self, pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoint, wo: Vec3, bsdf: &Bsdf) {
+        pixel.depth = hit.t;
+        let Normals { shading, .. } = point.normals;
+        pixel.normal = if point.normals.is_front(wo) { shading } else { -shading };
+        pixel.albedo = bsdf
+            .terms
+            .iter()
+            .map(|term| term.coefficient.vis_inv.max(term.coefficient.vis_vis) * term.lobe.albedo())
+            .sum();
+    }
+
+    /// Light that finite lobes send towards the camera.
+    #[allow(clippy::too_many_arguments)]
+    fn read_surface(
+        &self,
+        rows: &[Row; R],
+        bsdf: &Bsdf,
+        point: &SurfacePoint,
+        wo: Vec3,
+        travelled: f32,
+        pixel: &mut Pixel<R>,
+        rng: &mut Rng,
+    ) {
+        for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
+            let rows = rows.map(|row| row * term.coefficient);
+            if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
+                continue;
+            }
+            if self.plan.settings.direct == Direct::Connection {
+                self.connect(&rows, term, point, wo, pixel, rng);
+            }
+            let Lobe::Diffuse(diffuse) = term.lobe else { continue };
+            let footprint = self.plan.scene.camera.footprint(travelled, self.plan.settings.height);
+            let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
+            let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
+            let read = |class| -> [Vec3; R] {
+                let irradiance = self.maps.irradiance(class, point, normal, footprint).filtered(f);
+                rows.map(|row| irradiance.read(row))
+            };
+            let (direct, caustic, indirect) =
+                (read(PathClass::Direct), read(PathClass::Caustic), read(PathClass::Indirect));
+            for (r, parts) in pixel.parts.iter_mut().enumerate() {
+                parts.direct += direct[r];
+                parts.caustic += caustic[r];
+                parts.indirect += indirect[r];
+            }
+        }
+    }
+
+    fn connect(
+        &self,
+        rows: &[Row; R],
+        term: &Term,
+        point: &SurfacePoint,
+        wo: Vec3,
+        pixel: &mut Pixel<R>,
+        rng: &mut Rng,
+    ) {
+        self.connections.sample(&self.plan.scene, point, rng, |connection| {
+            let f = term.lobe.eval(&point.normals, wo, connection.wi)
+                * connection.wi.dot(point.normals.shading).abs();
+            if f == Vec3::ZERO || rows.iter().all(|row| *row * connection.light == Vec3::ZERO) {
+                return;
+            }
+            let light: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
+            for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+                parts.direct += *row * light;
+            }
+        });
+    }
+
+    /// The row goes on through delta lobes: of several, one is chosen in proportion to what it passes on.
+    #[allow(clippy::too_many_arguments)]
+    fn pass_on(
+        &mut self,
+        rows: &[Row; R],
+        bsdf: &Bsdf,
+        point: &SurfacePoint,
+        wo: Vec3,
+        travelled: f32,
+        delta_chain: u32,
+        rng: &mut Rng,
+    ) {
+        let strength = |term: &Term| -> f32 {
+            if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
+                return 0.0;
+            }
+            rows.iter().map(|row| (*row * term.coefficient * term.lobe.albedo()).total()).sum()
+        };
+        let total: f32 = bsdf.terms.iter().map(strength).sum();
+        if total == 0.0 {
+            return;
+        }
+        let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        if survival < 1.0 && rng.f32() >= survival {
+            return;
+        }
+        let mut rest = rng.f32() * total;
+        let mut chosen = None;
+        for term in &bsdf.terms {
+            let strength = strength(term);
+            if strength > 0.0 {
+                chosen = Some((term, strength / total));
+                if rest < strength {
+                    break;
+                }
+                rest -= strength;
+            }
+        }
+        let Some((term, probability)) = chosen else { return };
+        let Some(sample) = term.lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
+            return;
+        };
+        let weight = sample.weight / (probability * survival);
+        self.stack.push(Line {
+            origin: point.origin_towards(sample.to),
+            direction: sample.to,
+            rows: rows.map(|row| row * term.coefficient * weight),
+            travelled,
+            delta_chain: delta_chain + 1,
+        });
+    }
+}

@@ -1,0 +1,136 @@
+//! From a luminaire to the start of a photon path.
+
+use crate::light::{Light, Power};
+use crate::sampling::warp;
+use crate::scene::{Luminaire, Scene, warn_falloff};
+use glam::Vec3;
+
+/// How many numbers in [0, 1) the start of a path takes.
+pub const EMISSION_DIMENSIONS: usize = 5;
+
+/// The start of a photon path.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted<P> {
+    /// Off the luminaire's surface already.
+    pub origin: Vec3,
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Power of the path (W) at the luminaire; every path of one luminaire carries the same.
+    pub power: P,
+    /// Factor on `power` at distance r along the first line.
+    pub falloff: Falloff,
+}
+
+/// How power changes along the first line.
+#[derive(Clone, Copy, Debug)]
+pub enum Falloff {
+    /// It does not: the inverse-square law is the spreading of photons.
+    Physical,
+    /// r² / (a₀ + a₁ r + a₂ r²), paper eq. 24.
+    Warn([f32; 3]),
+}
+
+impl Falloff {
+    /// The factor at distance `r`.
+    pub fn at(self, r: f32) -> f32 {
+        match self {
+            Self::Physical => 1.0,
+            Self::Warn(attenuation) => warn_falloff(attenuation, r),
+        }
+    }
+}
+
+/// The scene's luminaires, chosen in proportion to the power that can be of use.
+pub struct Emitters<'a, P> {
+    scene: &'a Scene,
+    centre: Vec3,
+    radius: f32,
+    /// Cumulative probabilities, the last is 1.
+    cumulative: Vec<f64>,
+    marker: std::marker::PhantomData<P>,
+}
+
+impl<'a, P: Power> Emitters<'a, P> {
+    /// None where no luminaire has any power that is carried.
+    pub fn new(scene: &'a Scene) -> Option<Self> {
+        let (centre, radius) = scene.bounding_sphere();
+        let mut cumulative = Vec::with_capacity(scene.luminaires.len());
+        let mut sum = 0.0_f64;
+        for luminaire in &scene.luminaires {
+            sum += f64::from(P::of(luminaire.power(radius)).total());
+            cumulative.push(sum);
+        }
+        if sum == 0.0 {
+            return None;
+        }
+        cumulative.iter_mut().for_each(|c| *c /= sum);
+        Some(Self { scene, centre, radius, cumulative, marker: std::marker::PhantomData })
+    }
+
+    /// Total power of all luminaires, W.
+    pub fn total(&self) -> Light {
+        self.scene.luminaires.iter().fold(Light::ZERO, |sum, l| sum + l.power(self.radius))
+    }
+
+    /// The start of one of `paths` paths, from numbers in [0, 1).
+    pub fn emit(&self, paths: u32, u: [f32; EMISSION_DIMENSIONS]) -> Emitted<P> {
+        let x = f64::from(u[0]);
+        let last = self.cumulative.len() - 1;
+        let index = self.cumulative.partition_point(|c| *c <= x).min(last);
+        let below = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
+        let probability = self.cumulative[index] - below;
+        let luminaire = &self.scene.luminaires[index];
+        // The choice of the luminaire leaves a number that is uniform again, and as well stratified: it chooses sides.
+        let rest = ((x - below) / probability) as f32;
+        let share = (1.0 / (probability * f64::from(paths))) as f32;
+        let power = P::of(luminaire.power(self.radius)).scaled(share);
+        let (origin, direction, falloff) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
+        // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
+        let power = match falloff {
+            Falloff::Physical => power,
+            Falloff::Warn(attenuation) => power.scaled(1.0 / warn_falloff(attenuation, self.radius)),
+        };
+        Emitted { origin, direction, power, falloff }
+    }
+
+    fn start(
+        &self,
+        luminaire: &Luminaire,
+        side: f32,
+        place: [f32; 2],
+        turn: [f32; 2],
+    ) -> (Vec3, Vec3, Falloff) {
+        match *luminaire {
+            Luminaire::Triangle { triangle, emission, .. } => {
+                let [b1, b2] = warp::triangle(place);
+                let point = self.scene.mesh.point(triangle, b1, b2, false);
+                let front = point.normals.geometric;
+                let up = if emission.two_sided && side >= 0.5 { -front } else { front };
+                let direction = warp::to_world(up, warp::cosine_hemisphere(turn));
+                (point.origin_towards(direction), direction, Falloff::Physical)
+            }
+            Luminaire::Point { position, .. } => (position, warp::sphere(turn), Falloff::Physical),
+            Luminaire::Spot { position, direction, cone, .. } => {
+                let local = warp::about_z(cone.sample_cos(turn[0]), turn[1]);
+                (position, warp::to_world(direction, local), Falloff::Physical)
+            }
+            Luminaire::Warn { position, direction, exponent, attenuation, .. } => {
+                let out = if exponent == 0.0 {
+                    warp::sphere(turn)
+                } else {
+                    // pdf ∝ cosᵉ θ: cos θ = u^(1/(e+1))
+                    let cos = (1.0 - turn[0]).powf(1.0 / (exponent + 1.0));
+                    warp::to_world(direction, warp::about_z(cos, turn[1]))
+                };
+                (position, out, Falloff::Warn(attenuation))
+            }
+            Luminaire::Directional { direction, .. } => {
+                let (right, up) = direction.any_orthonormal_pair();
+                let [x, y] = warp::disk(place);
+                let on_disk = self.centre + self.radius * (x * right + y * up);
+                // Two radii back: before everything, whatever the rounding.
+                (on_disk - 2.0 * self.radius * direction, direction, Falloff::Physical)
+            }
+        }
+    }
+}

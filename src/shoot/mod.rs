@@ -1,0 +1,326 @@
+//! Luminaires → photons: the light-shooting half of the method, DESIGN "Shoot".
+
+mod emission;
+
+pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
+
+use crate::light::{Light, Power};
+use crate::optics::{Bsdf, Sample, Transport};
+use crate::plan::{PhotonClasses, PhotonPlan, Plan};
+use crate::rays::{Hit, Ray};
+use crate::sampling::{Rng, Sobol, Stream, hash};
+use crate::scene::SurfacePoint;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// How light came to where it was deposited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathClass {
+    /// Straight from the luminaire (through any number of surfaces).
+    Direct = 0,
+    /// Through delta lobes only.
+    Caustic = 1,
+    /// Through at least one finite lobe.
+    Indirect = 2,
+}
+
+/// Light that arrived at a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Photon<P> {
+    /// Where, scene space (m).
+    pub position: Vec3,
+    /// Unit geometric normal there, on the side the light came from.
+    pub normal: Vec3,
+    /// Power (W), times |wi·ns| / |wi·ng|. No direction is kept: the one finite lobe, Lambert's, does not ask for it.
+    pub power: P,
+}
+
+/// All photons of one pass, by [`PathClass`], each in the order of their paths.
+#[derive(Clone, Debug)]
+pub struct Photons<P> {
+    /// Indexed by `PathClass as usize`.
+    pub by_class: [Vec<Photon<P>>; 3],
+    /// Where the power went.
+    pub ledger: Ledger,
+}
+
+/// The energy of the carried light of one pass, sums over paths and RGB of both halves, W.
+///
+/// `emitted + roulette + created = absorbed + escaped` holds to rounding; `roulette` has expectation zero.
+/// In global matter `created` is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Left luminaires.
+    pub emitted: f64,
+    /// Stayed at surfaces.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Added (or, below zero, taken) by Russian roulette.
+    pub roulette: f64,
+    /// Added at surfaces that send on more than they receive, and by non-physical falloff; also the scatter of
+    /// choosing among several lobes, which expects as much `absorbed`.
+    pub created: f64,
+    /// Lines traced.
+    pub lines: u64,
+}
+
+impl Ledger {
+    fn add(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.roulette += other.roulette;
+        self.created += other.created;
+        self.lines += other.lines;
+    }
+}
+
+/// Paths that one task follows before it hands back its photons; results do not depend on it.
+const PATHS_PER_TASK: u32 = 2048;
+
+/// Delta reflections in a row that are followed for certain; beyond, a lossless hall of mirrors is left by roulette.
+const CERTAIN_DELTA_CHAIN: u32 = 64;
+/// Survival probability of each further one.
+const DELTA_CHAIN_SURVIVAL: f32 = 0.9;
+
+/// Shoots the photons of one pass.
+pub fn shoot<P: Power>(plan: &Plan, photon_plan: &PhotonPlan, pass: u32) -> Photons<P> {
+    let Some(emitters) = Emitters::<P>::new(&plan.scene) else {
+        return Photons { by_class: Default::default(), ledger: Ledger::default() };
+    };
+    let sobol = Sobol::new(hash(plan.settings.seed ^ hash(u64::from(pass) ^ hash(Stream::Shoot as u64))));
+    let paths = photon_plan.paths;
+    let tasks = paths.div_ceil(PATHS_PER_TASK);
+    let parts: Vec<Photons<P>> = (0..tasks)
+        .into_par_iter()
+        .map(|task| {
+            let first = task * PATHS_PER_TASK;
+            let mut walk = Walk::new(plan, photon_plan);
+            for path in first..(first + PATHS_PER_TASK).min(paths) {
+                let rng = Rng::new(plan.settings.seed, Stream::Shoot, pass, u64::from(path));
+                walk.follow(emitters.emit(paths, sobol.point(path, 0)), rng);
+            }
+            walk.photons
+        })
+        .collect();
+    join(parts)
+}
+
+fn join<P: Power>(parts: Vec<Photons<P>>) -> Photons<P> {
+    let mut ledger = Ledger::default();
+    parts.iter().for_each(|part| ledger.add(&part.ledger));
+    let mut by_class: [Vec<Photon<P>>; 3] =
+        std::array::from_fn(|c| Vec::with_capacity(parts.iter().map(|part| part.by_class[c].len()).sum()));
+    for part in parts {
+        for (all, some) in by_class.iter_mut().zip(part.by_class) {
+            all.extend(some);
+        }
+    }
+    Photons { by_class, ledger }
+}
+
+/// One straight line still to be followed.
+struct Line<P> {
+    origin: Vec3,
+    direction: Vec3,
+    power: P,
+    falloff: Falloff,
+    reflections: u32,
+    delta_chain: u32,
+    class: PathClass,
+}
+
+/// Follows paths one after another and keeps what they deposit.
+struct Walk<'a, P> {
+    plan: &'a Plan,
+    photon_plan: &'a PhotonPlan,
+    stack: Vec<Line<P>>,
+    hits: Vec<Hit>,
+    photons: Photons<P>,
+}
+
+impl<'a, P: Power> Walk<'a, P> {
+    fn new(plan: &'a Plan, photon_plan: &'a PhotonPlan) -> Self {
+        let photons = Photons { by_class: Default::default(), ledger: Ledger::default() };
+        Self { plan, photon_plan, stack: Vec::new(), hits: Vec::new(), photons }
+    }
+
+    fn follow(&mut self, emitted: Emitted<P>, mut rng: Rng) {
+        let Emitted { origin, direction, power, falloff } = emitted;
+        let unit = power.total();
+        self.photons.ledger.emitted += f64::from(unit);
+        self.stack.push(Line {
+            origin,
+            direction,
+            power,
+            falloff,
+            reflections: 0,
+            delta_chain: 0,
+            class: PathClass::Direct,
+        });
+        while let Some(line) = self.stack.pop() {
+            self.follow_line(line, unit, &mut rng);
+        }
+    }
+
+    /// One ordered all-hits query; at each surface: deposit, spawn, go straight on.
+    fn follow_line(&mut self, line: Line<P>, unit: f32, rng: &mut Rng) {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let mut hits = std::mem::take(&mut self.hits);
+        self.plan.rays.crossings(&ray, &mut hits);
+        self.photons.ledger.lines += 1;
+        let from = -line.direction;
+        let mut power = line.power;
+        for hit in &hits {
+            let material = self.plan.material_index(hit.triangle);
+            let bsdf = &self.plan.scene.materials[material].bsdf;
+            let point =
+                self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
+            let arriving = power.scaled(line.falloff.at(hit.t));
+            if self.photon_plan.deposits[material] && self.photon_plan.classes.contains(line.class) {
+                self.deposit(&point, from, arriving, line.class, rng);
+            }
+            let sent_on = self.spawn(&line, bsdf, &point, arriving, unit, rng);
+            let straight = power.through(bsdf.straight);
+            self.account(power, sent_on, straight);
+            power = straight;
+            if power.total() == 0.0 {
+                break;
+            }
+        }
+        self.photons.ledger.escaped += f64::from(power.total());
+        self.hits = hits;
+    }
+
+    /// Keeps the photon, if the side it came to is not dark; thinned where the plan bounds memory.
+    fn deposit(&mut self, point: &SurfacePoint, from: Vec3, power: P, class: PathClass, rng: &mut Rng) {
+        let normals = &point.normals;
+        if !normals.same_side(from, from) {
+            return;
+        }
+        let keep = self.photon_plan.keep;
+        if keep < 1.0 && rng.f32() >= keep {
+            return;
+        }
+        let normal = if normals.is_front(from) { normals.geometric } else { -normals.geometric };
+        let power = power.scaled(normals.arrival(from) / keep);
+        assert!(power.light().is_finite(), "a photon's power is not finite: {:?}", power.light());
+        self.photons.by_class[class as usize].push(Photon { position: point.position, normal, power });
+    }
+
+    /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
+    fn spawn(
+        &mut self,
+        line: &Line<P>,
+        bsdf: &Bsdf,
+        point: &SurfacePoint,
+        power: P,
+        unit: f32,
+        rng: &mut Rng,
+    ) -> f64 {
+        if line.reflections >= self.photon_plan.max_reflections {
+            return 0.0;
+        }
+        let from = -line.direction;
+        let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
+        let term = &bsdf.terms[term];
+        let Some(Sample { to, weight, .. }) =
+            term.lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
+        else {
+            return 0.0;
+        };
+        // paper eq. 21: the matrix acts on the light that arrives
+        let child = power.through(term.coefficient).filtered(weight).scaled(1.0 / probability);
+        let delta = term.lobe.is_delta();
+        let delta_chain = if delta { line.delta_chain + 1 } else { 0 };
+        let forced = if delta_chain > CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        // A child survives in proportion to its power, so that photons stay alike. In generations that multiply,
+        // the unit grows with them: their number stays the same and their weight grows.
+        let unit = unit * self.photon_plan.growth.powi(line.reflections as i32 + 1);
+        let survival = (child.total() / unit).min(1.0) * forced;
+        let expected = f64::from(child.total());
+        if survival == 0.0 || rng.f32() >= survival {
+            self.photons.ledger.roulette -= expected;
+            return expected;
+        }
+        let class =
+            if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
+        let power = child.scaled(1.0 / survival);
+        self.photons.ledger.roulette += f64::from(power.total()) - expected;
+        self.stack.push(Line {
+            origin: point.origin_towards(to),
+            direction: to,
+            power,
+            falloff: Falloff::Physical,
+            reflections: line.reflections + 1,
+            delta_chain,
+            class,
+        });
+        expected
+    }
+
+    fn account(&mut self, arriving: P, sent_on: f64, straight: P) {
+        let ledger = &mut self.photons.ledger;
+        let stays = f64::from(arriving.total()) - sent_on - f64::from(straight.total());
+        if stays >= 0.0 {
+            ledger.absorbed += stays;
+        } else {
+            ledger.created -= stays;
+        }
+    }
+}
+
+/// Chooses a term in proportion to the power it could send on. None where nothing is reflected.
+fn choose_term<P: Power>(
+    bsdf: &Bsdf,
+    point: &SurfacePoint,
+    from: Vec3,
+    power: P,
+    rng: &mut Rng,
+) -> Option<(usize, f32)> {
+    let strength = |k: usize| {
+        let term = &bsdf.terms[k];
+        if term.lobe.responds(&point.normals, from) {
+            power.through(term.coefficient).filtered(term.lobe.albedo()).total()
+        } else {
+            0.0
+        }
+    };
+    if let [_] = bsdf.terms[..] {
+        return (strength(0) > 0.0).then_some((0, 1.0));
+    }
+    let total: f32 = (0..bsdf.terms.len()).map(strength).sum();
+    if total == 0.0 {
+        return None;
+    }
+    let mut rest = rng.f32() * total;
+    let mut chosen = None;
+    for k in 0..bsdf.terms.len() {
+        let strength = strength(k);
+        if strength > 0.0 {
+            chosen = Some((k, strength / total));
+            if rest < strength {
+                break;
+            }
+            rest -= strength;
+        }
+    }
+    chosen
+}
+
+impl PhotonClasses {
+    /// True when photons of this class are of use.
+    pub fn contains(self, class: PathClass) -> bool {
+        match class {
+            PathClass::Direct => self.direct,
+            PathClass::Caustic => self.caustic,
+            PathClass::Indirect => self.indirect,
+        }
+    }
+}
+
+/// The power that all luminaires emit in both halves, W.
+pub fn emitted_power(plan: &Plan) -> Light {
+    Emitters::<Light>::new(&plan.scene).map_or(Light::ZERO, |emitters| emitters.total())
+}
