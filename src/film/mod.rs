@@ -1,1 +1,22 @@
-//! film
+//! The film: sums over passes, their mean and standard error, layers; EXR and PNG.
+//!
+//! Passes are added in order and sums are f64, so a picture does not depend on the number of threads. Every file
+//! is written beside its target and renamed over it: a killed render leaves the last good file.
+
+pub mod header;
+pub mod image;
+pub mod layer;
+mod read_exr;
+pub mod replace;
+pub mod sums;
+mod write_exr;
+mod write_png;
+
+pub use header::{Header, Value};
+pub use image::Image;
+pub use layer::Layer;
+pub use read_exr::read_exr;
+pub use replace::{check_writable, replace_file};
+pub use sums::{Film, PassImage};
+pub use write_exr::{write_exr, write_image_exr};
+pub use write_png::{srgb_encode, write_png, write_rgb_png};

@@ -1,0 +1,54 @@
+//! PNG: what the picture looks like on a display.
+
+use crate::error::{Error, Result};
+use crate::film::layer::Layer;
+use crate::film::replace::replace_file;
+use crate::film::sums::Film;
+use glam::Vec3;
+use std::io;
+use std::path::Path;
+
+/// Writes the visible mean, times 2^`exposure`, as an 8-bit sRGB picture. Values outside [0, 1] saturate: this is a
+/// display, not an estimate. Returns how many pixels are not finite; these are painted magenta, and the user must
+/// be told.
+pub fn write_png(path: &Path, film: &Film, exposure: f32) -> Result<usize> {
+    write_rgb_png(path, film.width(), film.height(), &film.mean(Layer::Visible), exposure)
+}
+
+/// The same for any plane of linear RGB, row-major from top left.
+pub fn write_rgb_png(path: &Path, width: u32, height: u32, plane: &[Vec3], exposure: f32) -> Result<usize> {
+    assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
+    let scale = exposure.exp2();
+    let mut lost = 0;
+    let mut bytes = Vec::with_capacity(3 * plane.len());
+    for pixel in plane {
+        if pixel.is_finite() {
+            bytes.extend((scale * *pixel).to_array().map(srgb_encode));
+        } else {
+            lost += 1;
+            bytes.extend([255, 0, 255]);
+        }
+    }
+    let encoded = encode(width, height, &bytes)
+        .map_err(|e| Error::Write { path: path.into(), reason: e.to_string() })?;
+    replace_file(path, |file| file.write_all(&encoded))?;
+    Ok(lost)
+}
+
+fn encode(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgb)?;
+    writer.finish()?;
+    Ok(file)
+}
+
+/// A linear value in [0, 1] as an 8-bit sRGB one, by the transfer function of IEC 61966-2-1; saturates outside.
+pub fn srgb_encode(linear: f32) -> u8 {
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * encoded + 0.5) as u8
+}
