@@ -1,4 +1,5 @@
 //! halflight.
+pub mod cli;
 pub mod error;
 pub mod film;
 pub mod gather;
@@ -8,6 +9,7 @@ pub mod optics;
 pub mod photon_map;
 pub mod plan;
 pub mod rays;
+pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;

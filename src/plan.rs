@@ -381,3 +381,32 @@ fn photon_plan(
         both_halves,
     })
 }
+
+impl Plan {
+    /// What is done and what is left out, in one line.
+    pub fn one_line(&self) -> String {
+        let Settings { width, height, .. } = self.settings;
+        let photons = match &self.photons {
+            Some(photons) => format!("{} photon paths a pass", photons.paths),
+            None => "no photons".into(),
+        };
+        let names: Vec<_> = self.omissions.iter().map(|omission| omission.name).collect();
+        let omitted =
+            if names.is_empty() { String::new() } else { format!("; left out: {}", names.join(", ")) };
+        format!(
+            "{}: {} triangles, {}; {width}x{height}, {photons}{omitted}",
+            self.scene.name,
+            self.scene.mesh.triangles.len(),
+            self.scene.describe_illumination(),
+        )
+    }
+
+    /// The same at length, with the reasons.
+    pub fn describe(&self) -> String {
+        let mut text = format!("{}\n", self.one_line());
+        for omission in &self.omissions {
+            text.push_str(&format!("left out {}: {}\n", omission.name, omission.reason));
+        }
+        text
+    }
+}

@@ -90,6 +90,42 @@ impl Scene {
         Ok(())
     }
 
+    /// The illumination of the scene in words: of all materials, or of each where they differ.
+    pub fn describe_illumination(&self) -> String {
+        let mut seen: Vec<(&str, Vec<&str>)> = Vec::new();
+        for material in &self.materials {
+            match seen.iter_mut().find(|(illumination, _)| *illumination == material.resolved) {
+                Some((_, names)) => names.push(&material.name),
+                None => seen.push((&material.resolved, vec![&material.name])),
+            }
+        }
+        seen.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+        match &seen[..] {
+            [] => "none".into(),
+            [(all, _)] => (*all).into(),
+            [(most, _), rest @ ..] => {
+                let rest: Vec<_> =
+                    rest.iter().map(|(word, names)| format!("{} {word}", names.join(", "))).collect();
+                format!("{most}; {}", rest.join("; "))
+            }
+        }
+    }
+
+    /// A hash of everything that decides the picture: equal scenes have equal hashes.
+    pub fn hash(&self) -> u64 {
+        use std::hash::{DefaultHasher, Hash, Hasher};
+        let mut hasher = DefaultHasher::new();
+        let bits = |v: &glam::Vec3| v.to_array().map(f32::to_bits);
+        self.mesh.positions.iter().for_each(|p| bits(p).hash(&mut hasher));
+        self.mesh.normals.iter().for_each(|n| bits(n).hash(&mut hasher));
+        self.mesh.triangles.hash(&mut hasher);
+        self.mesh.surface.hash(&mut hasher);
+        let rest =
+            format!("{:?} {:?} {:?} {:?}", self.surfaces, self.materials, self.luminaires, self.camera);
+        rest.hash(&mut hasher);
+        hasher.finish()
+    }
+
     /// The material of a triangle.
     pub fn material_of(&self, triangle: u32) -> &Material {
         &self.materials[self.surfaces[self.mesh.surface[triangle as usize] as usize].material as usize]

@@ -1,0 +1,55 @@
+//! The command line: one file per command. What the user asked for becomes settings here, once.
+
+mod plan;
+mod progress;
+mod render;
+mod scene_args;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Renders scenes lit by vector-valued light, with caustics and an error bar.
+#[derive(Parser)]
+#[command(name = "halflight", version, about, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene to an EXR file and a PNG preview.
+    Render(render::RenderArgs),
+    /// Say what a scene needs, what is left out and why.
+    Plan(plan::PlanArgs),
+}
+
+/// Parses the command line, runs one command, prints what went wrong as one line.
+///
+/// Exit codes: 0 done, 2 what the user gave is wrong, 3 no image exists.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are no errors.
+            let code = if error.use_stderr() { 2 } else { 0 };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    match run(arguments.command) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("halflight: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(command: Command) -> Result<ExitCode> {
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Plan(args) => plan::run(&args),
+    }
+}

@@ -1,0 +1,96 @@
+//! What a user sees while a render runs: a bar on a terminal, quiet lines in a log.
+
+use super::render::Limits;
+use crate::render::Render;
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::Duration;
+
+pub struct Progress {
+    out: Out,
+    limits: Limits,
+    paths: u64,
+    next_line: Duration,
+}
+
+enum Out {
+    Quiet,
+    Lines,
+    Bar(ProgressBar),
+}
+
+/// The bar counts thousandths of the way to the nearest limit.
+const STEPS: u64 = 1000;
+
+impl Progress {
+    pub fn new(quiet: bool, render: &Render, limits: &Limits) -> Self {
+        let out = if quiet {
+            Out::Quiet
+        } else {
+            eprintln!("{}", render.plan().one_line());
+            if std::io::stderr().is_terminal() {
+                let bar = ProgressBar::new(STEPS);
+                let style = ProgressStyle::with_template("{bar:30} {msg}").expect("a fixed template");
+                bar.set_style(style);
+                Out::Bar(bar)
+            } else {
+                Out::Lines
+            }
+        };
+        let paths = render.plan().photons.as_ref().map_or(0, |photons| u64::from(photons.paths));
+        Self { out, limits: *limits, paths, next_line: Duration::ZERO }
+    }
+
+    pub fn show(&mut self, render: &Render, elapsed: Duration, error: Option<f64>) {
+        let passes = render.film().passes();
+        let done = self.fraction_done(passes, elapsed, error);
+        match &self.out {
+            Out::Quiet => {}
+            Out::Lines if elapsed < self.next_line => {}
+            Out::Lines => {
+                eprintln!("{}", self.line(passes, elapsed, error, done));
+                // Lines grow rarer, so that a log of an hour has tens of them.
+                self.next_line = elapsed.mul_f64(1.5).max(elapsed + Duration::from_secs(1));
+            }
+            Out::Bar(bar) => {
+                bar.set_position((done * STEPS as f64) as u64);
+                bar.set_message(self.line(passes, elapsed, error, done));
+            }
+        }
+    }
+
+    pub fn finish(&mut self, render: &Render, elapsed: Duration, exr: &Path, png: &Path) {
+        if let Out::Bar(bar) = &self.out {
+            bar.finish_and_clear();
+        }
+        if !matches!(self.out, Out::Quiet) {
+            let error = render.film().relative_error();
+            eprintln!("{}", self.line(render.film().passes(), elapsed, error, 1.0));
+            eprintln!("wrote {} and {}", exr.display(), png.display());
+        }
+    }
+
+    /// How far the nearest limit has come; the error falls as the square root of time.
+    fn fraction_done(&self, passes: u32, elapsed: Duration, error: Option<f64>) -> f64 {
+        let by_passes = self.limits.passes.map_or(0.0, |limit| f64::from(passes) / f64::from(limit));
+        let by_time = self.limits.time.map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
+        let by_error = self.limits.error.zip(error).map_or(0.0, |(limit, error)| (limit / error).powi(2));
+        by_passes.max(by_time).max(by_error).min(1.0)
+    }
+
+    fn line(&self, passes: u32, elapsed: Duration, error: Option<f64>, done: f64) -> String {
+        let seconds = elapsed.as_secs_f64();
+        let rate = self.paths as f64 * f64::from(passes) / seconds / 1e6;
+        let error =
+            error.map_or("error not known yet".into(), |error| format!("error {:.2} %", 100.0 * error));
+        let photons = if self.paths > 0 { format!("{rate:.2} M photon paths/s, ") } else { String::new() };
+        let left = if done > 0.0 && done < 1.0 {
+            format!(", {} left", HumanDuration(elapsed.mul_f64((1.0 - done) / done)))
+        } else {
+            String::new()
+        };
+        let plural = if passes == 1 { "" } else { "es" };
+        format!("{passes} pass{plural}, {seconds:.1} s, {photons}{error}{left}")
+    }
+}

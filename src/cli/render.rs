@@ -1,0 +1,238 @@
+use super::progress::Progress;
+use super::scene_args::SceneArgs;
+use crate::error::{Error, Result};
+use crate::film::{Layer, check_writable, write_exr, write_png};
+use crate::plan::{Direct, Settings};
+use crate::render::Render;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+#[derive(Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+
+    /// The picture; a PNG preview is written beside it.
+    #[arg(short, long, value_name = "FILE.exr", default_value = "halflight.exr")]
+    output: PathBuf,
+
+    /// Film size in pixels.
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "512x512", value_parser = size)]
+    size: (u32, u32),
+
+    /// Stop after so many passes. Without --passes, --time and --error: 64. The first limit reached ends the render.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    passes: Option<u32>,
+
+    /// Stop after so much time, as in 30s, 5m, 1h.
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time: Option<Duration>,
+
+    /// Stop when the relative standard error of the picture, root of the mean square over pixels, is below this.
+    #[arg(long, value_name = "FRACTION", value_parser = positive)]
+    error: Option<f64>,
+
+    /// Photon paths per pass. Default: chosen by the plan.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    photons: Option<u32>,
+
+    /// Who serves light that comes straight from luminaires: connections from camera hits, or photons too.
+    #[arg(long, value_enum, default_value_t = DirectArg::Connection)]
+    direct: DirectArg,
+
+    /// Everything random follows from it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+
+    /// Threads; the picture does not depend on it. Default: all processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+
+    /// Layers of the EXR file, comma-separated: visible, invisible, error, emitted, direct, caustic, indirect, depth,
+    /// normal, albedo; or `all`.
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
+    layers: Vec<String>,
+
+    /// Cut the series after so many reflections before the one that is seen.
+    #[arg(long, value_name = "N")]
+    max_reflections: Option<u32>,
+
+    /// Leave nothing out, needed or not.
+    #[arg(long)]
+    keep_everything: bool,
+
+    /// Exposure of the PNG preview in stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum DirectArg {
+    /// From camera hits to points on luminaires.
+    Connection,
+    /// By density estimation, like all other light.
+    Photons,
+}
+
+/// Passes of a render that was given no limit.
+const DEFAULT_PASSES: u32 = 64;
+/// The longest time between two pictures on disk.
+const LONGEST_SILENCE: Duration = Duration::from_secs(60);
+
+pub fn run(args: RenderArgs) -> Result<ExitCode> {
+    let layers = layers(&args.layers)?;
+    let png = args.output.with_extension("png");
+    if png == args.output {
+        return Err(Error::Usage(format!(
+            "{}: the picture is an EXR file and the PNG preview lies beside it; name the .exr",
+            args.output.display()
+        )));
+    }
+    check_writable(&args.output)?;
+    check_writable(&png)?;
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
+    }
+    let begin = Instant::now();
+    let scene = args.scene.load()?;
+    if !args.quiet {
+        scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    }
+    let mut render = Render::new(scene, settings(&args), &layers);
+    let stop = stop_on_interrupt();
+    let mut progress = Progress::new(args.quiet, &render, &args.limits());
+    let mut next_write = begin.elapsed();
+    loop {
+        render.pass();
+        let elapsed = begin.elapsed();
+        let error = render.film().relative_error();
+        progress.show(&render, elapsed, error);
+        if stop.load(Ordering::Relaxed) || args.limits().reached(render.film().passes(), elapsed, error) {
+            break;
+        }
+        if elapsed >= next_write {
+            write(&render, &args.output, &png, args.exposure)?;
+            next_write = elapsed + elapsed.min(LONGEST_SILENCE);
+        }
+    }
+    write(&render, &args.output, &png, args.exposure)?;
+    progress.finish(&render, begin.elapsed(), &args.output, &png);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
+    write_exr(exr, render.film(), &render.header())?;
+    write_png(png, render.film(), exposure.exp2())?;
+    Ok(())
+}
+
+/// What ends a render: the first of these that is reached.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// So many passes.
+    pub passes: Option<u32>,
+    /// So much time.
+    pub time: Option<Duration>,
+    /// Relative standard error below this.
+    pub error: Option<f64>,
+}
+
+/// The spread of so few passes is not yet a measure of error.
+const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
+
+impl Limits {
+    fn reached(&self, passes: u32, elapsed: Duration, error: Option<f64>) -> bool {
+        self.passes.is_some_and(|limit| passes >= limit)
+            || self.time.is_some_and(|limit| elapsed >= limit)
+            || (passes >= FEWEST_PASSES_FOR_AN_ERROR
+                && self.error.zip(error).is_some_and(|(limit, error)| error <= limit))
+    }
+}
+
+impl RenderArgs {
+    fn limits(&self) -> Limits {
+        let none = self.passes.is_none() && self.time.is_none() && self.error.is_none();
+        Limits {
+            passes: if none { Some(DEFAULT_PASSES) } else { self.passes },
+            time: self.time,
+            error: self.error,
+        }
+    }
+}
+
+fn settings(args: &RenderArgs) -> Settings {
+    Settings {
+        width: args.size.0,
+        height: args.size.1,
+        paths: args.photons,
+        seed: args.seed,
+        direct: match args.direct {
+            DirectArg::Connection => Direct::Connection,
+            DirectArg::Photons => Direct::Photons,
+        },
+        max_reflections: args.max_reflections,
+        keep_everything: args.keep_everything,
+        ..Settings::default()
+    }
+}
+
+fn layers(names: &[String]) -> Result<Vec<Layer>> {
+    let mut layers = Vec::new();
+    for name in names {
+        let named = if name == "all" { Layer::ALL.to_vec() } else { vec![name.parse::<Layer>()?] };
+        layers.extend(named.into_iter().filter(|layer| !layers.contains(layer)).collect::<Vec<_>>());
+    }
+    Ok(layers)
+}
+
+/// Ctrl-C and SIGTERM end the render after the pass under way; a second one ends it at once.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // Without a handler Ctrl-C ends the program at once and the last file written stays: nothing is lost.
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    stop
+}
+
+fn size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let wrong = || format!("`{text}` is no size; write WIDTHxHEIGHT in pixels, as in 512x512");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let side =
+        |text: &str| text.parse::<u32>().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(wrong);
+    Ok((side(width)?, side(height)?))
+}
+
+fn duration(text: &str) -> std::result::Result<Duration, String> {
+    let wrong = || format!("`{text}` is no time; write a number with s, m or h, as in 30s");
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let scale = match unit {
+        "s" | "" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(wrong()),
+    };
+    let seconds = number.parse::<f64>().map_err(|_| wrong())? * scale;
+    Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero()).ok_or_else(wrong)
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite());
+    value.ok_or_else(|| format!("`{text}` is no error to reach; write a fraction above zero, as in 0.01"))
+}

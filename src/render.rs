@@ -1,0 +1,140 @@
+//! A render: one plan, passes that are independent of each other, one film.
+//!
+//! A pass reads: shoot photons, build the maps, gather. Which kernels serve (one half or both on the way, one picture
+//! or two at the camera) is matched once per pass, outside all loops.
+
+use crate::film::{Film, Header, Layer, PassImage};
+use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
+use crate::light::{Invisible, Light, Power};
+use crate::plan::{Plan, Settings};
+use crate::scene::Scene;
+use crate::shoot::{Ledger, Photons, shoot};
+use glam::Vec3;
+
+/// A render in progress.
+///
+/// ```no_run
+/// # fn main() -> halflight::error::Result<()> {
+/// use halflight::{film::{Layer, write_exr, write_png}, plan::Settings, render::Render, scene::Scene};
+/// let scene = Scene::load("builtin:caustic-box")?;
+/// let mut render = Render::new(scene, Settings::default(), &[Layer::Visible, Layer::Error]);
+/// while render.film().passes() < 16 {
+///     render.pass();
+/// }
+/// write_exr("box.exr".as_ref(), render.film(), &render.header())?;
+/// # Ok(())
+/// # }
+/// ```
+pub struct Render {
+    plan: Plan,
+    connections: Connections,
+    film: Film,
+    /// Photons stored over all passes.
+    stored: u64,
+    seconds: f64,
+}
+
+impl Render {
+    /// Plans the render; `layers` are those of the film ([`Layer::Visible`] is always among them).
+    pub fn new(scene: Scene, settings: Settings, layers: &[Layer]) -> Self {
+        let begin = std::time::Instant::now();
+        let mut layers = layers.to_vec();
+        if !layers.contains(&Layer::Visible) {
+            layers.insert(0, Layer::Visible);
+        }
+        let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
+        let film = Film::new(settings.width, settings.height, &layers);
+        let plan = Plan::new(scene, settings);
+        let connections = Connections::new(&plan.scene);
+        Self { plan, connections, film, stored: 0, seconds: begin.elapsed().as_secs_f64() }
+    }
+
+    /// What is done and what is left out.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The sums so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// Photons stored over all passes so far.
+    pub fn stored_photons(&self) -> u64 {
+        self.stored
+    }
+
+    /// Renders the next pass and adds it to the film.
+    pub fn pass(&mut self) {
+        let begin = std::time::Instant::now();
+        let pass = self.film.passes();
+        let planes: Vec<Layer> = self.film.accumulated().collect();
+        let (image, stored) = render_pass(&self.plan, &self.connections, pass, &planes);
+        self.stored += stored;
+        self.film.add(&image);
+        self.seconds += begin.elapsed().as_secs_f64();
+    }
+
+    /// Facts about the picture for its file.
+    pub fn header(&self) -> Header {
+        let Plan { scene, settings, photons, omissions, .. } = &self.plan;
+        let omitted: Vec<_> = omissions.iter().map(|omission| omission.name).collect();
+        Header::new()
+            .with("version", env!("CARGO_PKG_VERSION"))
+            .with("method", "photon")
+            .with("scene", scene.name.clone())
+            .with("scene_hash", format!("{:016x}", scene.hash()))
+            .with("illumination", scene.describe_illumination())
+            .with("seed", settings.seed.to_string())
+            .with("passes", self.film.passes())
+            .with("paths_per_pass", photons.as_ref().map_or(0, |photons| photons.paths))
+            .with("photons", self.stored.to_string())
+            .with("omitted", omitted.join(" "))
+            .with("seconds", self.seconds)
+    }
+}
+
+/// One pass on its own: its planes, and how many photons it stored. A function of (plan, pass), whatever the threads.
+pub fn render_pass(plan: &Plan, connections: &Connections, pass: u32, planes: &[Layer]) -> (PassImage, u64) {
+    match (plan.photons.as_ref().is_some_and(|photons| photons.both_halves), plan.settings.invisible) {
+        (false, false) => pass_with::<Invisible, 1>(plan, connections, pass, planes),
+        (false, true) => pass_with::<Invisible, 2>(plan, connections, pass, planes),
+        (true, false) => pass_with::<Light, 1>(plan, connections, pass, planes),
+        (true, true) => pass_with::<Light, 2>(plan, connections, pass, planes),
+    }
+}
+
+fn pass_with<P: Power, const R: usize>(
+    plan: &Plan,
+    connections: &Connections,
+    pass: u32,
+    planes: &[Layer],
+) -> (PassImage, u64) {
+    let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot::<P>(plan, photons, pass));
+    let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
+    let maps = Maps::build(photons, &plan.settings, pass);
+    let gathered = gather::<P, R>(plan, connections, &maps, pass);
+    let Settings { width, height, .. } = plan.settings;
+    let planes = planes.iter().map(|&layer| (layer, plane(&gathered, layer))).collect();
+    (PassImage { width, height, planes }, stored)
+}
+
+fn no_photons<P>() -> Photons<P> {
+    Photons { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
+}
+
+fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {
+    let each = |value: fn(&Pixel<R>) -> Vec3| gathered.pixels.iter().map(value).collect();
+    match layer {
+        Layer::Visible => each(|pixel| pixel.parts[0].total()),
+        Layer::Invisible => each(|pixel| pixel.parts.get(1).map_or(Vec3::ZERO, Parts::total)),
+        Layer::Emitted => each(|pixel| pixel.parts[0].emitted),
+        Layer::Direct => each(|pixel| pixel.parts[0].direct),
+        Layer::Caustic => each(|pixel| pixel.parts[0].caustic),
+        Layer::Indirect => each(|pixel| pixel.parts[0].indirect),
+        Layer::Depth => each(|pixel| Vec3::new(pixel.depth, 0.0, 0.0)),
+        Layer::Normal => each(|pixel| pixel.normal),
+        Layer::Albedo => each(|pixel| pixel.albedo),
+        Layer::Error => unreachable!("the error is derived from the passes"),
+    }
+}
