@@ -1,0 +1,82 @@
+//! A square luminaire above a plane: irradiance below its centre, and what shadows do to it.
+
+use crate::support::{Build, diffuse, glow, look, measure, small};
+use glam::Vec3;
+use halflight::plan::{Direct, Settings};
+use halflight::scene::{Illumination, Scene};
+use std::f64::consts::PI;
+
+const RADIANCE: f64 = 3.0;
+const HALF: f64 = 0.5;
+const HEIGHT: f64 = 0.75;
+const ALBEDO: f64 = 0.6;
+
+/// Form factor from a point to a parallel rectangle a × b whose corner lies at distance h straight above it (Lambert).
+fn corner_form_factor(a: f64, b: f64, h: f64) -> f64 {
+    let (x, y) = (a / h, b / h);
+    let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+    (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)
+}
+
+/// Radiance of the floor straight below the centre.
+fn expected() -> f64 {
+    ALBEDO * RADIANCE * 4.0 * corner_form_factor(HALF, HALF, HEIGHT)
+}
+
+fn scene(illumination: Illumination, blocker: bool) -> Scene {
+    let mut build = Build::new(illumination, look(Vec3::new(2.0, 2.0, 0.0), Vec3::ZERO));
+    // A camera so far off and narrow that the form factor is constant over what it sees.
+    build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.004 };
+    let floor = build.material("Floor", diffuse(ALBEDO as f32));
+    let lamp = build.material("Lamp", diffuse(0.0));
+    build.0.materials[lamp as usize].emission = glow(RADIANCE as f32);
+    build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
+    let (half, height) = (HALF as f32, HEIGHT as f32);
+    build.quad(Vec3::new(-half, height, -half), Vec3::X * 2.0 * half, Vec3::Z * 2.0 * half, lamp);
+    if blocker {
+        build.quad(Vec3::new(-half, 0.5, -half), Vec3::Z * 2.0 * half, Vec3::X * 2.0 * half, floor);
+    }
+    build.finish()
+}
+
+#[test]
+fn connection_gives_the_irradiance_of_a_rectangle() {
+    for illumination in [Illumination::LOCAL, Illumination::ONE_BOUNCE] {
+        measure(scene(illumination, false), small(16, 16, 1), 64).must_be(expected(), 0.001);
+    }
+}
+
+#[test]
+fn photons_alone_give_it_too() {
+    let settings = Settings { direct: Direct::Photons, indirect_radius: 400.0, ..small(8, 8, 200_000) };
+    for illumination in [Illumination::LOCAL, Illumination::ONE_BOUNCE] {
+        measure(scene(illumination, false), settings.clone(), 48).must_be(expected(), 0.002);
+    }
+}
+
+#[test]
+fn an_opaque_sheet_shadows_and_a_shadowless_one_does_not() {
+    measure(scene(Illumination::LOCAL, true), small(16, 16, 1), 64).must_be(expected(), 0.001);
+    let dark = measure(scene(Illumination::ONE_BOUNCE, true), small(16, 16, 1), 8);
+    assert_eq!(dark.mean, 0.0);
+}
+
+#[test]
+fn half_a_shadow_lets_half_through() {
+    let half = Illumination::Square { s: 0.0, t: 0.5 };
+    measure(scene(half, true), small(16, 16, 1), 64).must_be(0.5 * expected(), 0.001);
+    let settings = Settings { direct: Direct::Photons, indirect_radius: 400.0, ..small(8, 8, 200_000) };
+    measure(scene(half, true), settings, 64).must_be(0.5 * expected(), 0.002);
+}
+
+#[test]
+fn local_keeps_attached_shadows() {
+    // The half of a ball that faces away from the light stays dark: f_opaque is one-sided, paper eq. 6.
+    let mut build = Build::new(Illumination::LOCAL, look(Vec3::new(0.0, -3.0, 0.0), Vec3::ZERO));
+    let ball = build.material("Ball", diffuse(0.8));
+    let lamp = build.material("Lamp", diffuse(0.0));
+    build.0.materials[lamp as usize].emission = glow(5.0);
+    build.sphere(Vec3::ZERO, 0.5, (64, 32), false, ball);
+    build.quad(Vec3::new(-0.2, 2.0, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4, lamp);
+    assert_eq!(measure(build.finish(), small(16, 16, 1), 4).mean, 0.0);
+}

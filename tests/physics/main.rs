@@ -1,0 +1,12 @@
+//! Closed forms. Each test also shows that it can fail: it rejects an answer off by 2 %.
+
+mod support;
+
+mod area_light;
+mod determinism;
+mod furnace;
+mod glass;
+mod ledger;
+mod matrices;
+mod mirrors;
+mod square;
