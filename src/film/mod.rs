@@ -12,6 +12,9 @@ pub mod sums;
 mod write_exr;
 mod write_png;
 
+#[cfg(test)]
+mod tests;
+
 pub use header::{Header, Value};
 pub use image::Image;
 pub use layer::Layer;
