@@ -1,6 +1,6 @@
 //! Closed rooms whose walls all glow alike: L = E / (1 − ρ) everywhere; and the empty convex room.
 
-use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
+use crate::support::{Build, Measured, diffuse, glow, measure, small};
 use glam::Vec3;
 use halflight::film::Layer;
 use halflight::plan::Settings;

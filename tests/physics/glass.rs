@@ -78,7 +78,7 @@ fn a_prism_sends_its_spot_where_snell_says() {
     let passes = caustic(build.finish(), 24);
     let (r1, r2) = (fresnel(1.0, f64::from(IOR)), fresnel_inside(slant));
     // The spot below; what was reflected inside lands elsewhere.
-    let place = -refracted.tan();
+    let place = refracted.tan();
     let in_spot = |photon: &&Photon<Invisible>| (f64::from(photon.position.x) - place).abs() < 0.05;
     let power: Vec<f64> = passes
         .iter()

@@ -6,14 +6,14 @@ use halflight::film::Layer;
 use halflight::light::{Light, Matrix};
 use halflight::plan::{Direct, Settings};
 use halflight::render::Render;
-use halflight::scene::{Illumination, Luminaire, Matter, Scene};
+use halflight::scene::{Illumination, Luminaire, Matter, Scene, SpotCone};
 use std::f64::consts::PI;
 
 const A: Matrix = Matrix::new([[0.5, 0.25], [0.1, 0.7]]);
 const B: Matrix = Matrix::new([[0.3, 0.0], [0.6, 0.2]]);
 const FLOOR: Matrix = Matrix::new([[0.0, 0.0], [0.8, 0.3]]);
 
-/// A point light of (I_inv, I_vis) = (5, 2) above two sheets that do not commute, above a floor.
+/// A spot of (I_inv, I_vis) = (5, 2) above two sheets that do not commute, above a floor.
 fn stack(upper: Matrix, lower: Matrix) -> Scene {
     let mut build = Build::new(Illumination::LOCAL, look(Vec3::new(2.0, 0.3, 0.0), Vec3::ZERO));
     build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.001 };
@@ -27,7 +27,13 @@ fn stack(upper: Matrix, lower: Matrix) -> Scene {
         build.quad(Vec3::new(-0.5, y, -0.5), Vec3::Z, Vec3::X, sheet);
     }
     let intensity = Light::new(Vec3::splat(5.0), Vec3::splat(2.0));
-    build.0.luminaires.push(Luminaire::Point { position: Vec3::Y * 2.0, intensity });
+    let cone = SpotCone { cos_inner: 0.99, cos_outer: 0.98 };
+    build.0.luminaires.push(Luminaire::Spot {
+        position: Vec3::Y * 2.0,
+        direction: -Vec3::Y,
+        intensity,
+        cone,
+    });
     build.finish()
 }
 
