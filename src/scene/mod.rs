@@ -3,6 +3,7 @@
 //! Everything refers by index. Positions are f32 relative to [`Scene::origin`], so that a scene far from the
 //! world's origin loses nothing.
 
+mod assembly;
 mod builtin;
 mod camera;
 mod gltf;

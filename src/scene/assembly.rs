@@ -1,0 +1,203 @@
+//! From pieces in world space to one mesh about its own centre. The glTF loader and the built-in scenes share it.
+
+use super::{Luminaire, Material, Mesh, Surface};
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// Normals nearer than this to those of the triangles (1 mrad) are flat: exporters round them to four digits.
+const FLAT: f32 = 1e-3;
+
+/// What becomes one [`Surface`].
+pub(super) struct Piece {
+    pub name: String,
+    pub material: u32,
+    /// In the world, m.
+    pub positions: Vec<DVec3>,
+    /// As many as positions, any length; None: flat.
+    pub normals: Option<Vec<Vec3>>,
+    pub triangles: Vec<[u32; 3]>,
+    pub closed: bool,
+}
+
+/// All pieces together.
+pub(super) struct Assembly {
+    pub mesh: Mesh,
+    pub surfaces: Vec<Surface>,
+    /// World position of the mesh's zero.
+    pub origin: DVec3,
+    /// How many triangles had no area and were left out.
+    pub without_area: usize,
+    /// Surfaces most of whose vertex normals look away from the front.
+    pub inside_out: Vec<String>,
+}
+
+/// Puts pieces together, about the centre of their bounds.
+pub(super) fn assemble(pieces: Vec<Piece>) -> Result<Assembly, String> {
+    let corners = pieces.iter().map(|piece| piece.triangles.len() as u64 * 3).sum::<u64>();
+    if corners > u64::from(u32::MAX) {
+        return Err(format!("has {} triangles, more than can be counted; leave some out", corners / 3));
+    }
+    let (min, max) = bounds(&pieces);
+    let origin = if min.x > max.x { DVec3::ZERO } else { 0.5 * (min + max) };
+    let mut assembly = Assembly {
+        mesh: Mesh::default(),
+        surfaces: Vec::with_capacity(pieces.len()),
+        origin,
+        without_area: 0,
+        inside_out: Vec::new(),
+    };
+    for piece in pieces {
+        assembly.add(piece)?;
+    }
+    Ok(assembly)
+}
+
+fn bounds(pieces: &[Piece]) -> (DVec3, DVec3) {
+    let corners = pieces
+        .iter()
+        .flat_map(|piece| piece.triangles.iter().flatten().map(|vertex| piece.positions[*vertex as usize]));
+    corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
+}
+
+impl Assembly {
+    fn add(&mut self, piece: Piece) -> Result<(), String> {
+        let mesh = &mut self.mesh;
+        let surface = self.surfaces.len() as u32;
+        let positions: Vec<Vec3> = piece.positions.iter().map(|p| (p - self.origin).as_vec3()).collect();
+        let mut place = vec![u32::MAX; positions.len()];
+        let (mut smooth, mut away, mut kept) = (false, 0_usize, 0_usize);
+        for triangle in piece.triangles {
+            let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+            let across = (b - a).cross(c - a);
+            if !across.length().is_finite() {
+                return Err(format!(
+                    "`{}` is too large for single precision; scale the scene down",
+                    piece.name
+                ));
+            }
+            let normal = across.normalize_or_zero();
+            if !normal.is_normalized() {
+                self.without_area += 1;
+                continue;
+            }
+            kept += 1;
+            mesh.triangles.push(triangle.map(|vertex| {
+                let own = piece.normals.as_ref().and_then(|n| n[vertex as usize].try_normalize());
+                if let Some(own) = own {
+                    smooth |= own.cross(normal).length() > FLAT || own.dot(normal) < 0.0;
+                    away += usize::from(own.dot(normal) < 0.0);
+                }
+                let place = &mut place[vertex as usize];
+                if *place == u32::MAX {
+                    *place = mesh.positions.len() as u32;
+                    mesh.positions.push(positions[vertex as usize]);
+                    mesh.normals.push(own.unwrap_or(normal));
+                }
+                *place
+            }));
+            mesh.surface.push(surface);
+        }
+        if 2 * away > 3 * kept {
+            self.inside_out.push(piece.name.clone());
+        }
+        self.surfaces.push(Surface {
+            name: piece.name,
+            material: piece.material,
+            smooth,
+            closed: piece.closed,
+        });
+        Ok(())
+    }
+
+    /// One luminaire per triangle whose material shines.
+    pub fn luminaires(&self, materials: &[Material]) -> Vec<Luminaire> {
+        let shines = |(triangle, surface): (usize, &u32)| {
+            let material = &materials[self.surfaces[*surface as usize].material as usize];
+            let triangle = triangle as u32;
+            material.emission.map(|emission| Luminaire::Triangle {
+                triangle,
+                emission,
+                area: self.mesh.area(triangle),
+            })
+        };
+        self.mesh.surface.iter().enumerate().filter_map(shines).collect()
+    }
+}
+
+/// True when the triangles enclose a volume: after welding equal positions, every edge is shared by exactly two
+/// triangles that run along it in opposite directions.
+pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
+    let mut welded = HashMap::with_capacity(positions.len());
+    let ids: Vec<u32> = positions
+        .iter()
+        .enumerate()
+        .map(|(i, p)| *welded.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(i as u32))
+        .collect();
+    let mut edges = Vec::with_capacity(3 * triangles.len());
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| ids[vertex as usize]);
+        if a != b && b != c && c != a {
+            edges.extend([(a, b), (b, c), (c, a)]);
+        }
+    }
+    edges.sort_unstable();
+    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    let back = |(a, b): &(u32, u32)| edges.binary_search(&(*b, *a)).is_ok();
+    !edges.is_empty() && once && edges.iter().all(back)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+    fn piece(positions: &[DVec3], triangles: &[[u32; 3]]) -> Piece {
+        let (positions, triangles) = (positions.to_vec(), triangles.to_vec());
+        Piece { name: "it".into(), material: 0, positions, normals: None, triangles, closed: false }
+    }
+
+    #[test]
+    fn a_tetrahedron_is_closed_until_a_face_is_missing_or_turned() {
+        assert!(is_closed(&CORNERS, &TETRAHEDRON));
+        assert!(!is_closed(&CORNERS, &TETRAHEDRON[1..]));
+        assert!(!is_closed(&CORNERS, &[[0, 1, 2], [0, 1, 3], [0, 3, 2], [1, 2, 3]]));
+        assert!(!is_closed(&CORNERS, &[]));
+    }
+
+    #[test]
+    fn split_vertices_are_welded_even_over_the_two_zeros() {
+        let corners: Vec<DVec3> =
+            TETRAHEDRON.iter().flatten().map(|i| CORNERS[*i as usize] * DVec3::new(1.0, 1.0, -1.0)).collect();
+        let triangles: Vec<[u32; 3]> = (0..4).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        assert!(is_closed(&corners, &triangles));
+    }
+
+    #[test]
+    fn far_from_the_origin_nothing_is_lost() {
+        let far = DVec3::new(1e7, -3e6, 5e5);
+        let moved = CORNERS.map(|p| p + far);
+        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)]).unwrap();
+        assert_eq!(assembly.origin, far + 0.5);
+        assert_eq!(assembly.mesh.bounds(), (Vec3::splat(-0.5), Vec3::splat(0.5)));
+    }
+
+    #[test]
+    fn triangles_without_area_are_left_out_with_their_vertices() {
+        let mut corners = CORNERS.to_vec();
+        corners.push(2.0 * DVec3::X);
+        let assembly = assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])]).unwrap();
+        assert_eq!((assembly.without_area, assembly.mesh.triangles.len()), (2, 1));
+        assert_eq!(assembly.mesh.positions.len(), 3);
+    }
+
+    #[test]
+    fn too_large_is_an_error_and_too_small_has_no_area() {
+        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)]);
+        assert!(scaled(1e8).is_ok_and(|a| a.without_area == 0));
+        assert!(scaled(1e12).is_err_and(|e| e.contains("too large")));
+        assert!(scaled(1e-8).is_ok_and(|a| a.without_area == 0));
+        assert!(scaled(1e-15).is_ok_and(|a| a.without_area == 4));
+    }
+}

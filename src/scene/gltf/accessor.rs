@@ -1,0 +1,103 @@
+//! Accessors to numbers. Everything is checked here against the bytes, because nothing was before.
+
+use super::Reason;
+use gltf::json::Root;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::validation::Checked;
+use std::borrow::Cow;
+
+/// An accessor without data reads as zeros; more than this many are a mistake, not a scene.
+const MOST_ZEROS: u64 = 1 << 24;
+
+/// A file's accessors over its loaded buffers.
+pub(super) struct Accessors<'a> {
+    pub root: &'a Root,
+    pub buffers: &'a [Cow<'a, [u8]>],
+}
+
+impl Accessors<'_> {
+    /// Vectors of three floats.
+    pub fn vec3(&self, index: usize) -> Result<Vec<[f32; 3]>, Reason> {
+        let (bytes, _) = self.packed(index, Type::Vec3, &[ComponentType::F32])?;
+        let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+        Ok(bytes.chunks_exact(12).map(|b| [float(&b[0..4]), float(&b[4..8]), float(&b[8..12])]).collect())
+    }
+
+    /// Unsigned integers.
+    pub fn indices(&self, index: usize) -> Result<Vec<u32>, Reason> {
+        let allowed = [ComponentType::U8, ComponentType::U16, ComponentType::U32];
+        let (bytes, component) = self.packed(index, Type::Scalar, &allowed)?;
+        Ok(unsigned(&bytes, component.size()))
+    }
+
+    /// The elements one after the other without gaps, and the type of their components.
+    fn packed(
+        &self,
+        index: usize,
+        kind: Type,
+        allowed: &[ComponentType],
+    ) -> Result<(Vec<u8>, ComponentType), Reason> {
+        let wrong = |what: &str| format!("accessor {index} {what}; export it again");
+        let accessor = self.root.accessors.get(index).ok_or_else(|| wrong("does not exist"))?;
+        let component = match (accessor.type_, accessor.component_type) {
+            (Checked::Valid(k), Checked::Valid(c)) if k == kind && allowed.contains(&c.0) => c.0,
+            _ => return Err(wrong("has the wrong type for its use")),
+        };
+        let size = component.size() * kind.multiplicity();
+        let count = accessor.count.0;
+        let mut packed = match accessor.buffer_view {
+            Some(view) => {
+                let offset = accessor.byte_offset.map_or(0, |o| o.0);
+                self.gather(view.value(), offset, count, size).map_err(|e| wrong(&e))?
+            }
+            None if count <= MOST_ZEROS => vec![0; count as usize * size],
+            None => return Err(wrong(&format!("announces {count} elements without data"))),
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let Checked::Valid(places) = sparse.indices.component_type else {
+                return Err(wrong("has sparse indices of the wrong type"));
+            };
+            let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+            let width = places.0.size();
+            let places = self.gather(view, offset, sparse.count.0, width).map_err(|e| wrong(&e))?;
+            let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
+            let values = self.gather(view, offset, sparse.count.0, size).map_err(|e| wrong(&e))?;
+            for (place, value) in unsigned(&places, width).into_iter().zip(values.chunks_exact(size)) {
+                let start = place as usize * size;
+                let target = packed.get_mut(start..start + size);
+                target.ok_or_else(|| wrong("has a sparse index beyond its end"))?.copy_from_slice(value);
+            }
+        }
+        Ok((packed, component))
+    }
+
+    /// `count` elements of `size` bytes out of a buffer view, without the gaps of its stride.
+    fn gather(&self, view: usize, offset: u64, count: u64, size: usize) -> Result<Vec<u8>, Reason> {
+        let view = self.root.buffer_views.get(view).ok_or("has a buffer view that does not exist")?;
+        let buffer = self.buffers.get(view.buffer.value()).ok_or("has a buffer that does not exist")?;
+        let start = view.byte_offset.map_or(0, |o| o.0);
+        let bytes = start
+            .checked_add(view.byte_length.0)
+            .and_then(|end| buffer.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
+            .ok_or("has a buffer view that reaches beyond its buffer")?;
+        let stride = view.byte_stride.map_or(size, |s| s.0);
+        if stride < size {
+            return Err("has a stride smaller than its elements".into());
+        }
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let needed = (count - 1).checked_mul(stride as u64).and_then(|n| n.checked_add(size as u64));
+        let elements = needed
+            .and_then(|needed| {
+                bytes.get(usize::try_from(offset).ok()?..)?.get(..usize::try_from(needed).ok()?)
+            })
+            .ok_or_else(|| format!("announces {count} elements, which reach beyond its buffer view"))?;
+        Ok(elements.chunks(stride).flat_map(|element| &element[..size]).copied().collect())
+    }
+}
+
+fn unsigned(bytes: &[u8], width: usize) -> Vec<u32> {
+    let number = |b: &[u8]| b.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte));
+    bytes.chunks_exact(width).map(number).collect()
+}

@@ -1,0 +1,79 @@
+use super::Reason;
+use super::graph::Placed;
+use super::notes::{Notes, label};
+use crate::scene::{Camera, Mesh, Projection};
+use glam::{DVec3, Vec3};
+use gltf::json::Root;
+use gltf::json::camera::{Camera as Source, Type};
+use gltf::json::validation::Checked;
+use std::f32::consts::PI;
+
+/// The first camera of the scene about `origin`, else one that sees all of `mesh`.
+pub(super) fn choose(
+    root: &Root,
+    placed: &[Placed<'_>],
+    origin: DVec3,
+    mesh: &Mesh,
+    notes: &mut Notes,
+) -> Result<Camera, Reason> {
+    let mut found = placed.iter().filter_map(|place| Some((place, place.node.camera?.value())));
+    let Some((place, index)) = found.next() else {
+        notes.line("has no camera; it is seen from the front and slightly above".into());
+        return Ok(framing(mesh));
+    };
+    let others: Vec<_> = found.map(|(other, _)| other.name()).collect();
+    if !others.is_empty() {
+        notes.line(format!("seen by the first camera, {}; not by {}", place.name(), others.join(", ")));
+    }
+    let missing = || format!("{}: its camera {index} does not exist; export it again", place.label());
+    let source = root.cameras.get(index).ok_or_else(missing)?;
+    let label = label("camera", index, source.name.as_deref());
+    let (projection, aspect) = project(source).map_err(|what| format!("{label}: {what}"))?;
+    if aspect.is_some_and(|a| !(a > 0.0 && a.is_finite())) {
+        return Err(format!("{label}: its aspect ratio is not above 0; correct it"));
+    }
+    let forward = place.forward()?;
+    let right = forward.cross(place.to_world.matrix3.y_axis).try_normalize();
+    let right = right.ok_or_else(|| format!("{} is scaled to nothing; give it a scale", place.label()))?;
+    let position = (place.position() - origin).as_vec3();
+    if !position.is_finite() {
+        return Err(format!("{} is too far away for single precision; move it nearer", place.label()));
+    }
+    Ok(Camera {
+        position,
+        right: right.as_vec3(),
+        up: right.cross(forward).as_vec3(),
+        forward: forward.as_vec3(),
+        projection,
+        aspect,
+    })
+}
+
+fn project(source: &Source) -> Result<(Projection, Option<f32>), Reason> {
+    match (source.type_, &source.perspective, &source.orthographic) {
+        (Checked::Valid(Type::Perspective), Some(p), _) if p.yfov > 0.0 && p.yfov < PI => {
+            Ok((Projection::Perspective { yfov: p.yfov }, p.aspect_ratio))
+        }
+        (Checked::Valid(Type::Perspective), Some(p), _) => {
+            Err(format!("its yfov is {} rad; it lies between 0 and π", p.yfov))
+        }
+        (Checked::Valid(Type::Orthographic), _, Some(o)) if o.ymag != 0.0 && o.ymag.is_finite() => {
+            Ok((Projection::Orthographic { half_height: o.ymag.abs() }, Some((o.xmag / o.ymag).abs())))
+        }
+        (Checked::Valid(Type::Orthographic), _, Some(o)) => {
+            Err(format!("its ymag is {}; give it half the height of what it sees", o.ymag))
+        }
+        _ => Err("has neither a perspective nor an orthographic projection; export it again".into()),
+    }
+}
+
+/// A camera that sees the whole mesh, from the front (+Z) and slightly above.
+fn framing(mesh: &Mesh) -> Camera {
+    let (min, max) = mesh.bounds();
+    let centre = 0.5 * (min + max);
+    let radius = mesh.positions.iter().map(|p| p.distance(centre)).fold(0.0, f32::max);
+    let yfov = 40.0_f32.to_radians();
+    let away = Vec3::new(0.0, 0.3, 1.0).normalize();
+    let position = centre + radius / (0.5 * yfov).sin() * away;
+    Camera::look_at(position, centre, Vec3::Y, Projection::Perspective { yfov })
+}

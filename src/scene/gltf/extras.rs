@@ -1,0 +1,247 @@
+//! The facts of ours in `extras`. A wrong value of ours is an error; what is not ours is passed over.
+
+use super::Reason;
+use super::notes::Notes;
+use crate::light::{Light, Matrix};
+use crate::scene::Illumination;
+use crate::scene::illumination::{matrix_from, square_from};
+use glam::Vec3;
+use serde_json::{Map, Value};
+
+/// Where extras may sit, with the keys that are read there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    Scene,
+    Material,
+    Light,
+    /// A node, a mesh or a camera.
+    Elsewhere,
+}
+
+const ILLUMINATION: &str = "illumination";
+const OPAQUE: &str = "opaque";
+const STRAIGHT: &str = "straight";
+const EMISSION: &str = "emission";
+const THIN: &str = "thin";
+const WARN: &str = "warn";
+/// Every key of ours with where it is read.
+const KEYS: &[(&str, &[Place], &str)] = &[
+    (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
+    (OPAQUE, &[Place::Material], "materials"),
+    (STRAIGHT, &[Place::Material], "materials"),
+    (EMISSION, &[Place::Material, Place::Light], "materials and lights"),
+    (THIN, &[Place::Material], "materials"),
+    (WARN, &[Place::Light], "lights"),
+];
+
+/// The extras of one thing.
+pub(super) struct Extras {
+    owner: String,
+    values: Map<String, Value>,
+}
+
+impl Extras {
+    /// Parses them, and notes keys that look like ours but are not read.
+    pub fn new(extras: &gltf::json::Extras, owner: String, place: Place, notes: &mut Notes) -> Self {
+        let values = extras.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default();
+        for key in Map::keys(&values) {
+            match KEYS.iter().find(|(own, ..)| own == key) {
+                Some((_, places, _)) if places.contains(&place) => {}
+                Some((_, _, where_read)) => notes
+                    .line(format!("{owner}: extras `{key}` has no effect here; it is read on {where_read}")),
+                None => {
+                    if let Some((own, ..)) = KEYS.iter().find(|(own, ..)| is_misspelt(key, own)) {
+                        notes.line(format!("{owner}: extras `{key}` is passed over; did you mean `{own}`?"));
+                    }
+                }
+            }
+        }
+        Self { owner, values }
+    }
+
+    /// True when one of our keys is there.
+    pub fn has_emission(&self) -> bool {
+        self.values.contains_key(EMISSION)
+    }
+
+    /// `illumination`: a word or `[s, t]`.
+    pub fn illumination(&self) -> Result<Option<Illumination>, Reason> {
+        self.read(ILLUMINATION, &format!("{} as [s, t]", Illumination::WORDS), |value| match value {
+            Value::String(word) => word.parse().ok(),
+            _ => numbers(value).and_then(|[s, t]| square_from(s, t).ok()),
+        })
+    }
+
+    /// `opaque`: the matrix of the lobes.
+    pub fn opaque(&self) -> Result<Option<Matrix>, Reason> {
+        self.matrix(OPAQUE)
+    }
+
+    /// `straight`: the matrix of the straight term.
+    pub fn straight(&self) -> Result<Option<Matrix>, Reason> {
+        self.matrix(STRAIGHT)
+    }
+
+    fn matrix(&self, key: &str) -> Result<Option<Matrix>, Reason> {
+        let allowed = "four numbers ≥ 0, row by row: [inv←inv, inv←vis, vis←inv, vis←vis]";
+        self.read(key, allowed, |value| numbers(value).and_then(|m| matrix_from(m).ok()))
+    }
+
+    /// `emission`: what the two halves are multiplied by.
+    pub fn emission(&self) -> Result<Option<EmissionScale>, Reason> {
+        let allowed = "\"both\", \"invisible\" or two factors [invisible, visible] ≥ 0";
+        self.read(EMISSION, allowed, |value| match value.as_str() {
+            Some("both") => Some(EmissionScale::default()),
+            Some("invisible") => Some(EmissionScale { invisible: 1.0, visible: 0.0 }),
+            _ => {
+                let [invisible, visible] = numbers(value)?;
+                (invisible >= 0.0 && visible >= 0.0).then_some(EmissionScale { invisible, visible })
+            }
+        })
+    }
+
+    /// `thin`: a pane instead of a solid. Blender wrote booleans as 0 and 1 once.
+    pub fn thin(&self) -> Result<Option<bool>, Reason> {
+        self.read(THIN, "true or false", |value| match value.as_u64() {
+            Some(number @ (0 | 1)) => Some(number == 1),
+            _ => value.as_bool(),
+        })
+    }
+
+    /// `warn`: exponent and attenuation of eq. 24.
+    pub fn warn(&self) -> Result<Option<[f32; 4]>, Reason> {
+        self.read(WARN, "four numbers ≥ 0, [e, a0, a1, a2], with an a above 0", |value| {
+            let numbers: [f32; 4] = numbers(value)?;
+            let fine = numbers.iter().all(|x| *x >= 0.0) && numbers[1..].iter().any(|a| *a > 0.0);
+            fine.then_some(numbers)
+        })
+    }
+
+    fn read<T>(
+        &self,
+        key: &str,
+        allowed: &str,
+        parse: impl Fn(&Value) -> Option<T>,
+    ) -> Result<Option<T>, Reason> {
+        let Some(value) = self.values.get(key) else { return Ok(None) };
+        match parse(value) {
+            Some(parsed) => Ok(Some(parsed)),
+            None => {
+                let shown: String = value.to_string().chars().take(60).collect();
+                Err(format!("{}: extras `{key}` is {shown}; write {allowed}", self.owner))
+            }
+        }
+    }
+}
+
+/// Factors on the two halves of what shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EmissionScale {
+    invisible: f32,
+    visible: f32,
+}
+
+impl Default for EmissionScale {
+    fn default() -> Self {
+        Self { invisible: 1.0, visible: 1.0 }
+    }
+}
+
+impl EmissionScale {
+    /// The two halves of `rgb`.
+    pub fn of(self, rgb: Vec3) -> Light {
+        Light::new(self.invisible * rgb, self.visible * rgb)
+    }
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f32; N]> {
+    let number = |x: &Value| x.as_f64().map(|x| x as f32).filter(|x| x.is_finite());
+    let numbers: Option<Vec<f32>> = value.as_array()?.iter().map(number).collect();
+    numbers?.try_into().ok()
+}
+
+/// True for a key that differs from ours by case, or by one or two letters where it is long enough to tell.
+fn is_misspelt(key: &str, own: &str) -> bool {
+    let key = key.to_lowercase();
+    let most = if own.len() > 5 { 2 } else { 1 };
+    key.len().abs_diff(own.len()) <= 2 * most && edit_distance(&key, own) <= most
+}
+
+/// Levenshtein's distance.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn extras(json: &str, place: Place) -> (Extras, Vec<String>) {
+        let mut notes = Notes::default();
+        let raw = gltf::json::Extras::Some(serde_json::value::RawValue::from_string(json.into()).unwrap());
+        let extras = Extras::new(&raw, "material `M`".into(), place, &mut notes);
+        (extras, notes.finish())
+    }
+
+    #[test]
+    fn our_keys_are_read() {
+        let json = r#"{"illumination": [1, 0.5], "opaque": [0, 0, 0, 1], "straight": [0.5, 0, 0, 0.0],
+            "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "other": {"x": 1}}"#;
+        let (extras, _) = extras(json, Place::Material);
+        assert_eq!(extras.illumination(), Ok(Some(Illumination::Square { s: 1.0, t: 0.5 })));
+        assert_eq!(extras.opaque(), Ok(Some(Matrix::new([[0.0, 0.0], [0.0, 1.0]]))));
+        assert_eq!(extras.straight(), Ok(Some(Matrix::new([[0.5, 0.0], [0.0, 0.0]]))));
+        assert_eq!(extras.emission(), Ok(Some(EmissionScale { invisible: 1.0, visible: 0.0 })));
+        assert_eq!(extras.thin(), Ok(Some(true)));
+        assert_eq!(extras.warn(), Ok(Some([0.0, 0.0, 0.0, 1.0])));
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        let (extras, _) = extras(
+            r#"{"illumination": "globel", "opaque": [0, 0, 1], "straight": [0, -1, 0, 0], "emission": [1, -1],
+                "thin": "yes", "warn": [1, 0, 0, 0]}"#,
+            Place::Material,
+        );
+        let messages = [
+            extras.illumination().map(drop).unwrap_err(),
+            extras.opaque().map(drop).unwrap_err(),
+            extras.straight().map(drop).unwrap_err(),
+            extras.emission().map(drop).unwrap_err(),
+            extras.thin().map(drop).unwrap_err(),
+            extras.warn().map(drop).unwrap_err(),
+        ];
+        for message in messages {
+            assert!(
+                message.starts_with("material `M`: extras `") && message.contains("; write "),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn near_misses_are_noted_and_strangers_are_not() {
+        let (_, notes) = extras(
+            r#"{"ilumination": 1, "Opaque": 1, "warn": 1, "illumination": 1, "wire": 1, "thing": 1}"#,
+            Place::Material,
+        );
+        assert_eq!(notes.len(), 4, "{notes:#?}");
+        assert!(
+            extras(r#"{"cycles_visibility": true, "x": 1, "name": "", "part": 3}"#, Place::Scene)
+                .1
+                .is_empty()
+        );
+        assert!(extras("[1, 2]", Place::Scene).1.is_empty());
+    }
+}

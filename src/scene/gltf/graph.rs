@@ -1,0 +1,81 @@
+use super::Reason;
+use super::notes::label;
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use gltf::json::Root;
+use gltf::json::scene::{Node, Scene};
+
+/// A node where it stands in the world.
+pub(super) struct Placed<'a> {
+    pub index: usize,
+    pub node: &'a Node,
+    /// Local to world, in f64 all along the chain of parents.
+    pub to_world: DAffine3,
+}
+
+impl Placed<'_> {
+    /// How messages call it.
+    pub fn label(&self) -> String {
+        label("node", self.index, self.node.name.as_deref())
+    }
+
+    /// Its name, else its number.
+    pub fn name(&self) -> String {
+        match &self.node.name {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => format!("node {}", self.index),
+        }
+    }
+
+    /// Where its origin is.
+    pub fn position(&self) -> DVec3 {
+        self.to_world.translation
+    }
+
+    /// The unit direction of its local −Z, along which cameras look and lights shine.
+    pub fn forward(&self) -> Result<DVec3, Reason> {
+        (-self.to_world.matrix3.z_axis)
+            .try_normalize()
+            .ok_or_else(|| format!("{} is scaled to nothing along its axis; give it a scale", self.label()))
+    }
+}
+
+/// All nodes of a scene, parents before children, siblings in the order of the file. Not recursive: the file may
+/// be deep, and it may hold a cycle.
+pub(super) fn place<'a>(root: &'a Root, scene: &Scene) -> Result<Vec<Placed<'a>>, Reason> {
+    let mut seen = vec![false; root.nodes.len()];
+    let mut placed = Vec::new();
+    let mut pending: Vec<_> = scene.nodes.iter().rev().map(|n| (n.value(), DAffine3::IDENTITY)).collect();
+    while let Some((index, parent)) = pending.pop() {
+        let node =
+            root.nodes.get(index).ok_or_else(|| format!("node {index} does not exist; export it again"))?;
+        let name = label("node", index, node.name.as_deref());
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(format!(
+                "{name} is reached twice: nodes must form a tree, without cycles and with one parent each; \
+                 remove it from one of its parents"
+            ));
+        }
+        let to_world = parent * local(node);
+        if !to_world.is_finite() {
+            return Err(format!("{name} has a transform that is not finite; give it one"));
+        }
+        let children = node.children.iter().flatten().rev();
+        pending.extend(children.map(|child| (child.value(), to_world)));
+        placed.push(Placed { index, node, to_world });
+    }
+    Ok(placed)
+}
+
+fn local(node: &Node) -> DAffine3 {
+    if let Some(matrix) = node.matrix {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
+    }
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let rotation =
+        node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
+    DAffine3::from_scale_rotation_translation(
+        node.scale.map_or(DVec3::ONE, vector),
+        rotation,
+        node.translation.map_or(DVec3::ZERO, vector),
+    )
+}

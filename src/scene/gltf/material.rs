@@ -1,0 +1,288 @@
+//! glTF materials to lobes with shares. What we cannot show yet is told, never silently dropped.
+
+use super::Reason;
+use super::extras::{Extras, Place};
+use super::notes::{Notes, label};
+use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
+use crate::scene::{Emission, Material};
+use glam::Vec3;
+use gltf::json::Root;
+use gltf::json::extensions::material as extension;
+use gltf::json::material::{AlphaMode, Material as Source};
+use gltf::json::validation::Checked;
+use std::collections::{BTreeSet, HashMap};
+
+/// Up to this roughness a surface is seen as perfectly smooth: its lobe is narrower than a pixel.
+const SMOOTH: f32 = 1e-3;
+
+/// Makes the materials that surfaces ask for, each once per kind of body it covers.
+pub(super) struct Materials<'a> {
+    root: &'a Root,
+    default: Source,
+    made: HashMap<(Option<usize>, bool), u32>,
+    coated: BTreeSet<Option<usize>>,
+    list: Vec<Material>,
+}
+
+/// What a surface asks for.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    /// Index into the file's materials; None: the default material of glTF.
+    pub material: Option<usize>,
+    /// True for a closed mesh.
+    pub closed: bool,
+    /// The surface, for messages.
+    pub surface: &'a str,
+}
+
+impl<'a> Materials<'a> {
+    /// None made yet. Reads the extras of all, so that a mistake is told even where no surface uses it.
+    pub fn new(root: &'a Root, notes: &mut Notes) -> Result<Self, Reason> {
+        for (index, source) in root.materials.iter().enumerate() {
+            let name = label("material", index, source.name.as_deref());
+            let extras = Extras::new(&source.extras, name, Place::Material, notes);
+            extras.illumination()?;
+            extras.opaque()?;
+            extras.straight()?;
+            extras.emission()?;
+            extras.thin()?;
+        }
+        Ok(Self {
+            root,
+            default: Source::default(),
+            made: HashMap::new(),
+            coated: BTreeSet::new(),
+            list: Vec::new(),
+        })
+    }
+
+    /// The index of the material that a surface is made of.
+    pub fn index(&mut self, wanted: Wanted<'_>, notes: &mut Notes) -> Result<u32, Reason> {
+        let reader = Reader::new(self, wanted.material, notes)?;
+        let solid = reader.transmission > 0.0 && !reader.thin.unwrap_or(!wanted.closed);
+        if reader.transmission > 0.0 {
+            let fact = if solid { "solid glass" } else { "thin panes of glass" };
+            notes.about(fact, &format!("{} ({})", wanted.surface, reader.name));
+        }
+        if let Some(index) = self.made.get(&(wanted.material, solid)) {
+            return Ok(*index);
+        }
+        let made = reader.material(solid, notes)?;
+        if reader.is_coated() {
+            self.coated.insert(wanted.material);
+        }
+        let index = self.list.len() as u32;
+        self.list.push(made);
+        self.made.insert((wanted.material, solid), index);
+        Ok(index)
+    }
+
+    /// All that were made.
+    pub fn finish(self, notes: &mut Notes) -> Vec<Material> {
+        match self.coated.len() {
+            0 => {}
+            n => notes.line(format!(
+                "{n} material{} a clear specular coat, which is not supported yet and left out",
+                if n == 1 { " has" } else { "s have" }
+            )),
+        }
+        self.list
+    }
+}
+
+/// One source material with its numbers checked.
+struct Reader<'a> {
+    source: &'a Source,
+    extensions: extension::Material,
+    name: String,
+    label: String,
+    extras: Extras,
+    colour: Vec3,
+    metallic: f32,
+    roughness: f32,
+    transmission: f32,
+    ior: f32,
+    thin: Option<bool>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(materials: &'a Materials<'_>, index: Option<usize>, notes: &mut Notes) -> Result<Self, Reason> {
+        let source = match index {
+            None => &materials.default,
+            Some(i) => materials
+                .root
+                .materials
+                .get(i)
+                .ok_or_else(|| format!("material {i} does not exist; export it again"))?,
+        };
+        let (name, label) = match (&source.name, index) {
+            (Some(name), Some(i)) if !name.is_empty() => (name.clone(), label("material", i, Some(name))),
+            (_, Some(i)) => (format!("material {i}"), label("material", i, None)),
+            (_, None) => ("default".to_owned(), "the default material".to_owned()),
+        };
+        let pbr = &source.pbr_metallic_roughness;
+        let extensions = source.extensions.clone().unwrap_or_default();
+        let share = |what: &str, value: f32| {
+            if (0.0..=1.0).contains(&value) {
+                Ok(value)
+            } else {
+                Err(format!("{label}: {what} is {value}; it goes from 0 to 1"))
+            }
+        };
+        let [r, g, b, _] = pbr.base_color_factor.0;
+        for component in [r, g, b] {
+            share("baseColorFactor", component)?;
+        }
+        let transmission = extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor.0);
+        let ior = extensions.ior.as_ref().map_or(1.5, |i| i.ior.0);
+        if transmission > 0.0 && !(ior > 0.0 && ior.is_finite()) {
+            return Err(format!("{label}: ior is {ior}; give glass a refractive index above 0, such as 1.5"));
+        }
+        let extras = Extras::new(&source.extras, label.clone(), Place::Material, notes);
+        Ok(Self {
+            metallic: share("metallicFactor", pbr.metallic_factor.0)?,
+            roughness: share("roughnessFactor", pbr.roughness_factor.0)?,
+            transmission: share("transmissionFactor", transmission)? * (1.0 - pbr.metallic_factor.0),
+            colour: Vec3::new(r, g, b),
+            thin: extras.thin()?,
+            ior,
+            source,
+            extensions,
+            name,
+            label,
+            extras,
+        })
+    }
+
+    fn material(&self, solid: bool, notes: &mut Notes) -> Result<Material, Reason> {
+        self.report(notes);
+        let (albedo, two_sided) = (self.colour, self.source.double_sided);
+        let diffuse = Lobe::Diffuse(Diffuse { albedo, two_sided });
+        let metal = if self.roughness <= SMOOTH {
+            Lobe::Mirror(Mirror { tint: self.colour, two_sided })
+        } else {
+            diffuse
+        };
+        let (ior, tint) = (self.ior, self.colour);
+        let glass = if solid {
+            Lobe::Dielectric(Dielectric { ior, tint })
+        } else {
+            Lobe::ThinDielectric(ThinDielectric { ior, tint })
+        };
+        let shares = [
+            (self.metallic, metal),
+            (self.transmission, glass),
+            (1.0 - self.metallic - self.transmission, diffuse),
+        ];
+        let mut lobes: Vec<(f32, Lobe)> = Vec::new();
+        for (share, lobe) in shares.into_iter().filter(|(share, _)| *share > 0.0) {
+            match lobes.iter_mut().find(|(_, known)| *known == lobe) {
+                Some((sum, _)) => *sum += share, // rough metal is diffuse, and so may the rest be
+                None => lobes.push((share, lobe)),
+            }
+        }
+        Ok(Material {
+            lobes,
+            illumination: self.extras.illumination()?,
+            opaque: self.extras.opaque()?,
+            straight: self.extras.straight()?,
+            emission: self.emission(notes)?,
+            ..Material::new(self.name.clone(), diffuse)
+        })
+    }
+
+    fn emission(&self, notes: &mut Notes) -> Result<Option<Emission>, Reason> {
+        let strength = self.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength.0);
+        let colour = strength * Vec3::from_array(self.source.emissive_factor.0);
+        if !colour.is_finite() || colour.min_element() < 0.0 {
+            return Err(format!(
+                "{}: its emission {colour} is negative or not finite; correct it",
+                self.label
+            ));
+        }
+        if colour == Vec3::ZERO {
+            if self.extras.has_emission() {
+                notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
+            }
+            return Ok(None);
+        }
+        let radiance = self.extras.emission()?.unwrap_or_default().of(colour);
+        if !radiance.is_finite() {
+            return Err(format!("{}: its emission times extras `emission` is not finite", self.label));
+        }
+        let two_sided = self.source.double_sided;
+        Ok((!radiance.is_zero()).then_some(Emission { radiance, two_sided }))
+    }
+
+    /// True when glTF puts a specular coat over a diffuse body here.
+    fn is_coated(&self) -> bool {
+        let specular = self.extensions.specular.as_ref();
+        let strength = specular.map_or(1.0, |s| s.specular_factor.0);
+        let tinted_out = specular.is_some_and(|s| s.specular_color_factor.0 == [0.0; 3]);
+        self.metallic + self.transmission < 1.0 && self.ior != 1.0 && strength != 0.0 && !tinted_out
+    }
+
+    fn report(&self, notes: &mut Notes) {
+        let (source, pbr, more) = (self.source, &self.source.pbr_metallic_roughness, &self.extensions);
+        let transmission = more.transmission.as_ref();
+        let specular = more.specular.as_ref();
+        let volume = more.volume.as_ref();
+        let coloured = volume.is_some_and(|v| {
+            self.transmission > 0.0
+                && v.thickness_factor.0 > 0.0
+                && v.attenuation_distance.0.is_finite()
+                && v.attenuation_color.0 != [1.0; 3]
+        });
+        let alpha = matches!(source.alpha_mode, Checked::Valid(AlphaMode::Mask | AlphaMode::Blend));
+        let smooth = self.roughness <= SMOOTH;
+        let coat =
+            specular.is_some_and(|s| s.specular_texture.is_some() || s.specular_color_texture.is_some());
+        let facts = [
+            (pbr.base_color_texture.is_some(), "base colour textures are not supported yet"),
+            (pbr.metallic_roughness_texture.is_some(), "metallic-roughness textures are not supported yet"),
+            (source.normal_texture.is_some(), "normal textures are not supported yet"),
+            (source.emissive_texture.is_some(), "emissive textures are not supported yet"),
+            (
+                transmission.is_some_and(|t| t.transmission_texture.is_some()),
+                "transmission textures are not supported yet",
+            ),
+            (coat, "specular textures are not supported yet"),
+            (self.metallic > 0.0 && !smooth, "rough metal is not supported yet, it is seen as diffuse"),
+            (self.transmission > 0.0 && !smooth, "rough glass is not supported yet, it is seen as smooth"),
+            (coloured, "KHR_materials_volume (light absorbed on its way through) is not supported yet"),
+            (alpha, "alpha is not supported, the surface is opaque"),
+            (more.unlit.is_some(), "KHR_materials_unlit is not supported, the surface is lit"),
+        ];
+        for (_, fact) in facts.iter().filter(|(holds, _)| *holds) {
+            notes.about(fact, &self.name);
+        }
+        for (extension, factor) in UNTYPED {
+            let value = more.others.get(*extension);
+            let off = |value: &serde_json::Value| {
+                factor.is_some_and(|key| value.get(key).map_or(0.0, numeric_extent) == 0.0)
+            };
+            if value.is_some_and(|value| !off(value)) {
+                notes.about(&format!("{extension} is not supported yet"), &self.name);
+            }
+        }
+    }
+}
+
+/// Material extensions that are not read, with the factor that turns each off at 0, which is its default.
+const UNTYPED: &[(&str, Option<&str>)] = &[
+    ("KHR_materials_clearcoat", Some("clearcoatFactor")),
+    ("KHR_materials_sheen", Some("sheenColorFactor")),
+    ("KHR_materials_anisotropy", Some("anisotropyStrength")),
+    ("KHR_materials_iridescence", Some("iridescenceFactor")),
+    ("KHR_materials_dispersion", Some("dispersion")),
+    ("KHR_materials_diffuse_transmission", Some("diffuseTransmissionFactor")),
+    ("KHR_materials_pbrSpecularGlossiness", None),
+];
+
+/// The largest absolute value of a number or of the numbers in an array.
+fn numeric_extent(value: &serde_json::Value) -> f64 {
+    match value {
+        serde_json::Value::Array(values) => values.iter().map(numeric_extent).fold(0.0, f64::max),
+        _ => value.as_f64().unwrap_or(0.0).abs(),
+    }
+}

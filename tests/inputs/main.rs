@@ -1,0 +1,3 @@
+//! What goes in: real files, built-in scenes and everything that can be wrong with a file.
+
+mod shared;
