@@ -2,7 +2,8 @@
 
 use super::{Luminaire, Material, Mesh, Surface};
 use glam::{DVec3, Vec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::PI;
 
 /// Normals nearer than this to those of the triangles (1 mrad) are flat: exporters round them to four digits.
 const FLAT: f32 = 1e-3;
@@ -124,26 +125,68 @@ impl Assembly {
     }
 }
 
-/// True when the triangles enclose a volume: after welding equal positions, every edge is shared by exactly two
-/// triangles that run along it in opposite directions.
-pub(super) fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
-    let mut welded = HashMap::with_capacity(positions.len());
-    let ids: Vec<u32> = positions
-        .iter()
-        .enumerate()
-        .map(|(i, p)| *welded.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(i as u32))
-        .collect();
-    let mut edges = Vec::with_capacity(3 * triangles.len());
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|vertex| ids[vertex as usize]);
-        if a != b && b != c && c != a {
-            edges.extend([(a, b), (b, c), (c, a)]);
+/// How nearly a set of triangles encloses a volume, after welding equal positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Closure {
+    /// True when every edge is shared by exactly two triangles that run along it in opposite directions.
+    pub closed: bool,
+    /// An upper bound of the area of all holes over the area of the triangles: a rim of length L encloses at most
+    /// L² / 4π. Above 1 for a flat sheet.
+    pub holes: f64,
+}
+
+impl Closure {
+    /// Finds out.
+    pub fn of(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let mut welded = HashMap::with_capacity(positions.len());
+        let ids: Vec<u32> = positions
+            .iter()
+            .enumerate()
+            .map(|(i, p)| *welded.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(i as u32))
+            .collect();
+        let mut edges = Vec::with_capacity(3 * triangles.len());
+        let mut area = 0.0;
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|vertex| ids[vertex as usize]);
+            if a != b && b != c && c != a {
+                edges.extend([(a, b), (b, c), (c, a)]);
+                let [a, b, c] = [a, b, c].map(|id| positions[id as usize]);
+                area += 0.5 * (b - a).cross(c - a).length();
+            }
         }
+        edges.sort_unstable();
+        let count = |edge: (u32, u32)| {
+            edges.partition_point(|known| *known <= edge) - edges.partition_point(|known| *known < edge)
+        };
+        let rim: Vec<_> = edges.iter().copied().filter(|&(a, b)| count((a, b)) != count((b, a))).collect();
+        let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+        Self { closed: !edges.is_empty() && once && rim.is_empty(), holes: hole_area(positions, &rim) / area }
     }
-    edges.sort_unstable();
-    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
-    let back = |(a, b): &(u32, u32)| edges.binary_search(&(*b, *a)).is_ok();
-    !edges.is_empty() && once && edges.iter().all(back)
+}
+
+/// The sum of L² / 4π over the connected parts of a rim.
+fn hole_area(positions: &[DVec3], rim: &[(u32, u32)]) -> f64 {
+    let mut parent: HashMap<u32, u32> = HashMap::new();
+    let mut root = |mut vertex: u32, joined: Option<u32>| {
+        while let Some(&up) = parent.get(&vertex).filter(|up| **up != vertex) {
+            let over = parent.get(&up).copied().unwrap_or(up);
+            parent.insert(vertex, over); // halve the path, so that a long rim stays cheap
+            vertex = over;
+        }
+        if let Some(other) = joined {
+            parent.insert(vertex, other);
+        }
+        vertex
+    };
+    for &(a, b) in rim {
+        let other = root(b, None);
+        root(a, Some(other));
+    }
+    let mut lengths: BTreeMap<u32, f64> = BTreeMap::new();
+    for &(a, b) in rim {
+        *lengths.entry(root(a, None)).or_default() += positions[a as usize].distance(positions[b as usize]);
+    }
+    lengths.values().map(|length| length * length / (4.0 * PI)).sum()
 }
 
 #[cfg(test)]
@@ -158,9 +201,13 @@ mod tests {
         Piece { name: "it".into(), material: 0, positions, normals: None, triangles, closed: false }
     }
 
+    fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
+        Closure::of(positions, triangles).closed
+    }
+
     #[test]
     fn a_tetrahedron_is_closed_until_a_face_is_missing_or_turned() {
-        assert!(is_closed(&CORNERS, &TETRAHEDRON));
+        assert_eq!(Closure::of(&CORNERS, &TETRAHEDRON), Closure { closed: true, holes: 0.0 });
         assert!(!is_closed(&CORNERS, &TETRAHEDRON[1..]));
         assert!(!is_closed(&CORNERS, &[[0, 1, 2], [0, 1, 3], [0, 3, 2], [1, 2, 3]]));
         assert!(!is_closed(&CORNERS, &[]));
@@ -172,6 +219,17 @@ mod tests {
             TETRAHEDRON.iter().flatten().map(|i| CORNERS[*i as usize] * DVec3::new(1.0, 1.0, -1.0)).collect();
         let triangles: Vec<[u32; 3]> = (0..4).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         assert!(is_closed(&corners, &triangles));
+    }
+
+    #[test]
+    fn holes_are_measured_rim_by_rim() {
+        let square = [DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        let sheet = [[0, 1, 2], [0, 2, 3]];
+        assert!((Closure::of(&square, &sheet).holes - 4.0 / PI).abs() < 1e-12);
+        // Two sheets have two rims, each as before.
+        let two: Vec<_> = square.iter().copied().chain(square.map(|p| p + 5.0)).collect();
+        let sheets = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        assert!((Closure::of(&two, &sheets).holes - 4.0 / PI).abs() < 1e-12);
     }
 
     #[test]

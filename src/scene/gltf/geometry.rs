@@ -1,6 +1,6 @@
 use super::Reason;
 use super::accessor::Accessors;
-use crate::scene::assembly::is_closed;
+use crate::scene::assembly::Closure;
 use glam::{DVec3, Vec3};
 use gltf::Semantic;
 use gltf::json::mesh::{Mode, Primitive};
@@ -11,7 +11,7 @@ pub(super) struct Geometry {
     pub positions: Vec<DVec3>,
     pub normals: Option<Vec<Vec3>>,
     pub triangles: Vec<[u32; 3]>,
-    pub closed: bool,
+    pub closure: Closure,
 }
 
 /// Reads a primitive. None: it has nothing that is a surface.
@@ -57,9 +57,9 @@ pub(super) fn read(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<O
     }
     let triangles = triangles(&indices)?;
     let positions: Vec<_> = positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
-    let closed = is_closed(&positions, &triangles);
+    let closure = Closure::of(&positions, &triangles);
     let normals = normals.map(|normals| normals.into_iter().map(Vec3::from_array).collect());
-    Ok(Some(Geometry { positions, normals, triangles, closed }))
+    Ok(Some(Geometry { positions, normals, triangles, closure }))
 }
 
 fn list(indices: &[u32]) -> Result<Vec<[u32; 3]>, Reason> {

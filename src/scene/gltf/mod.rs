@@ -130,7 +130,7 @@ fn pieces(
             };
             let name = place.name();
             let material = primitive.material.map(|material| material.value());
-            let wanted = Wanted { material, closed: geometry.closed, surface: &name };
+            let wanted = Wanted { material, closure: geometry.closure, surface: &name };
             let material = materials.index(wanted, notes)?;
             pieces.push(instance(geometry, place, name, material));
         }
@@ -156,7 +156,7 @@ fn instance(geometry: &Geometry, place: &Placed<'_>, name: String, material: u32
         positions: geometry.positions.iter().map(|p: &DVec3| place.to_world.transform_point3(*p)).collect(),
         normals: geometry.normals.as_ref().map(|normals| normals.iter().map(turn).collect()),
         triangles: triangles.map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect(),
-        closed: geometry.closed,
+        closed: geometry.closure.closed,
     }
 }
 
