@@ -1,1 +1,10 @@
-//! measure
+//! How far a picture is from the truth: error metrics, FLIP, and tests that accept or reject.
+
+pub mod distributions;
+pub mod flip;
+pub mod metrics;
+pub mod ztest;
+
+pub use flip::{flip, hdr_flip};
+pub use metrics::{Metrics, compare};
+pub use ztest::{Agreement, Estimate, agreement, z};
