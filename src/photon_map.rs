@@ -69,18 +69,29 @@ impl<P: Power> PhotonMap<P> {
     /// by π radius² this is irradiance. Sums are taken in the order of the tree.
     pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32) -> P {
         let mut sum = P::default();
-        let Some(tree) = &self.tree else { return sum };
+        self.near(position, normal, radius, |photon| sum += photon.power);
+        sum
+    }
+
+    /// How many photons [`flux`](Self::flux) sums.
+    pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
+        let mut count = 0;
+        self.near(position, normal, radius, |_| count += 1);
+        count
+    }
+
+    fn near(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(&Photon<P>)) {
+        let Some(tree) = &self.tree else { return };
         tree.query(&turn(position)).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().visit(
             |near| {
                 let photon = &self.photons[near.item as usize];
                 if photon.normal.dot(normal) > SAME_SIDE_COSINE
                     && (photon.position - position).dot(normal).abs() < PLANE_SHARE * radius
                 {
-                    sum += photon.power;
+                    visit(photon);
                 }
             },
         );
-        sum
     }
 }
 
@@ -98,7 +109,7 @@ fn bounds<P: Power>(photons: &[Photon<P>]) -> (Vec3, Vec3) {
     photons
         .par_iter()
         .map(|photon| (photon.position, photon.position))
-        // NaN is passed on by comparing with `!(a < b)`-free min and max: check finiteness of every position here.
+        // min and max drop NaN, so it is passed on by hand.
         .reduce(
             || (Vec3::INFINITY, Vec3::NEG_INFINITY),
             |a, b| {
@@ -122,4 +133,91 @@ fn morton(p: Vec3) -> u64 {
         (x | (x << 2)) & 0x1249_2492_4924_9249
     };
     spread(p.x) | (spread(p.y) << 1) | (spread(p.z) << 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Invisible;
+    use crate::sampling::{Rng, Stream};
+
+    fn photon(position: Vec3, normal: Vec3) -> Photon<Invisible> {
+        Photon { position, normal, power: Invisible(Vec3::ONE) }
+    }
+
+    /// Photons on a floor, on a wall that meets it, and many in one point.
+    fn corner() -> Vec<Photon<Invisible>> {
+        let mut rng = Rng::new(1, Stream::Test, 0, 0);
+        let floor = (0..60_000).map(|_| rng.f32x2()).map(|[x, z]| photon(Vec3::new(x, 0.0, z), Vec3::Y));
+        let floor: Vec<_> = floor.collect();
+        let wall = (0..30_000).map(|_| rng.f32x2()).map(|[y, z]| photon(Vec3::new(0.0, y, z), Vec3::X));
+        let pile = (0..5_000).map(|_| photon(Vec3::splat(0.5), Vec3::Z));
+        floor.into_iter().chain(wall).chain(pile).collect()
+    }
+
+    #[test]
+    fn queries_find_what_brute_force_finds() {
+        let photons = corner();
+        let map = PhotonMap::build(photons.clone());
+        let mut rng = Rng::new(2, Stream::Test, 0, 0);
+        for _ in 0..200 {
+            let [x, z] = rng.f32x2();
+            let (p, r) = (Vec3::new(x, 0.0, z), 0.01 + 0.1 * rng.f32());
+            // The rotation rounds: photons within 1e-5 of the rim may fall on either side of it.
+            let within = |r: f32| {
+                photons.iter().filter(|q| q.normal == Vec3::Y && q.position.distance(p) <= r).count()
+            };
+            let found = map.count(p, Vec3::Y, r);
+            assert!(
+                (within(r * 0.99999)..=within(r * 1.00001)).contains(&found),
+                "{found} near {p}, radius {r}"
+            );
+        }
+        assert_eq!(map.count(Vec3::splat(0.5), Vec3::Z, 1e-6), 5_000);
+    }
+
+    #[test]
+    fn photons_of_another_side_or_plane_do_not_count() {
+        let thin =
+            [photon(Vec3::ZERO, Vec3::Y), photon(Vec3::ZERO, -Vec3::Y), photon(Vec3::Y * 0.05, Vec3::Y)];
+        let map = PhotonMap::build(thin.to_vec());
+        assert_eq!(map.count(Vec3::ZERO, Vec3::Y, 0.1), 1);
+        assert_eq!(map.count(Vec3::ZERO, -Vec3::Y, 0.1), 1);
+        assert_eq!(map.count(Vec3::ZERO, Vec3::X, 0.1), 0);
+    }
+
+    #[test]
+    fn a_uniform_floor_has_uniform_flux() {
+        let photons: Vec<_> = corner().into_iter().filter(|photon| photon.normal == Vec3::Y).collect();
+        let map = PhotonMap::build(photons);
+        let r = 0.05_f32;
+        let n = 100;
+        let sums: Vec<f32> = (0..n)
+            .map(|i| {
+                map.flux(
+                    Vec3::new(0.1 + 0.8 * (i % 10) as f32 / 9.0, 0.0, 0.1 + 0.08 * (i / 10) as f32),
+                    Vec3::Y,
+                    r,
+                )
+                .0
+                .x
+            })
+            .collect();
+        let mean = sums.iter().sum::<f32>() / n as f32;
+        let expected = 60_000.0 * std::f32::consts::PI * r * r;
+        assert!((mean / expected - 1.0).abs() < 0.01, "{mean} against {expected}");
+    }
+
+    #[test]
+    fn no_photons_no_light() {
+        let map = PhotonMap::<Invisible>::build(Vec::new());
+        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0) == Invisible::default());
+    }
+
+    #[test]
+    #[should_panic(expected = "not finite")]
+    fn a_photon_that_is_nowhere_is_a_bug_and_is_said() {
+        // kiddo would build and lose other photons.
+        PhotonMap::build(vec![photon(Vec3::ZERO, Vec3::Y), photon(Vec3::new(f32::NAN, 0.0, 0.0), Vec3::Y)]);
+    }
 }

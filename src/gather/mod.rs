@@ -14,7 +14,7 @@ use crate::light::{Light, Power, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Stream};
+use crate::sampling::{Rng, Stream, choose};
 use crate::scene::SurfacePoint;
 use crate::shoot::PathClass;
 use glam::Vec3;
@@ -255,27 +255,14 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
             }
             rows.iter().map(|row| (*row * term.coefficient * term.lobe.albedo()).total()).sum()
         };
-        let total: f32 = bsdf.terms.iter().map(strength).sum();
-        if total == 0.0 {
+        let Some((k, probability)) = choose(bsdf.terms.len(), |k| strength(&bsdf.terms[k]), rng.f32()) else {
             return;
-        }
+        };
+        let term = &bsdf.terms[k];
         let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let mut rest = rng.f32() * total;
-        let mut chosen = None;
-        for term in &bsdf.terms {
-            let strength = strength(term);
-            if strength > 0.0 {
-                chosen = Some((term, strength / total));
-                if rest < strength {
-                    break;
-                }
-                rest -= strength;
-            }
-        }
-        let Some((term, probability)) = chosen else { return };
         let Some(sample) = term.lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
             return;
         };

@@ -8,7 +8,7 @@ use crate::light::{Light, Power};
 use crate::optics::{Bsdf, Sample, Transport};
 use crate::plan::{PhotonClasses, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Sobol, Stream, hash};
+use crate::sampling::{Rng, Sobol, Stream, choose, hash};
 use crate::scene::SurfacePoint;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -287,26 +287,10 @@ fn choose_term<P: Power>(
             0.0
         }
     };
-    if let [_] = bsdf.terms[..] {
-        return (strength(0) > 0.0).then_some((0, 1.0));
+    match bsdf.terms.len() {
+        1 => (strength(0) > 0.0).then_some((0, 1.0)),
+        n => choose(n, strength, rng.f32()),
     }
-    let total: f32 = (0..bsdf.terms.len()).map(strength).sum();
-    if total == 0.0 {
-        return None;
-    }
-    let mut rest = rng.f32() * total;
-    let mut chosen = None;
-    for k in 0..bsdf.terms.len() {
-        let strength = strength(k);
-        if strength > 0.0 {
-            chosen = Some((k, strength / total));
-            if rest < strength {
-                break;
-            }
-            rest -= strength;
-        }
-    }
-    chosen
 }
 
 impl PhotonClasses {

@@ -1,0 +1,88 @@
+//! Whole passes and their stages: `cargo bench --bench frames`.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use halflight::film::Layer;
+use halflight::gather::{Connections, Maps, gather};
+use halflight::light::Invisible;
+use halflight::photon_map::PhotonMap;
+use halflight::plan::{Plan, Settings};
+use halflight::render::render_pass;
+use halflight::scene::{Illumination, Scene};
+use halflight::shoot::shoot;
+use std::hint::black_box;
+
+fn plan(scene: &str, illumination: Option<Illumination>) -> Plan {
+    let mut scene = Scene::load(format!("builtin:{scene}")).expect("built in");
+    scene.illuminate(illumination, &[]).expect("no names");
+    Plan::new(scene, Settings::default())
+}
+
+/// The stages of a pass of the caustic box: 262,144 photon paths, 512×512 camera paths.
+fn stages(c: &mut Criterion) {
+    let plan = plan("caustic-box", None);
+    let photon_plan = plan.photons.clone().expect("global illumination");
+    let connections = Connections::new(&plan.scene);
+    let mut group = c.benchmark_group("caustic-box");
+    group.sample_size(10);
+
+    group.throughput(Throughput::Elements(photon_plan.paths.into()));
+    group.bench_function("shoot (paths)", |b| {
+        b.iter(|| black_box(shoot::<Invisible>(&plan, &photon_plan, 0)))
+    });
+
+    let photons = shoot::<Invisible>(&plan, &photon_plan, 0);
+    let stored: usize = photons.by_class.iter().map(Vec::len).sum();
+    group.throughput(Throughput::Elements(stored as u64));
+    group.bench_function("map (photons stored)", |b| {
+        b.iter(|| black_box(photons.clone().by_class.map(PhotonMap::build).map(|map| map.len())));
+    });
+
+    let maps = Maps::build(photons, &plan.settings, 0);
+    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    group.throughput(Throughput::Elements(pixels));
+    group.bench_function("gather (camera paths)", |b| {
+        b.iter(|| black_box(gather::<Invisible, 1>(&plan, &connections, &maps, 0).pixels.len()));
+    });
+    group.bench_function("pass", |b| {
+        b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+    });
+    group.finish();
+}
+
+/// ns per photon that a query meets, at the photon density of the caustic box.
+fn queries(c: &mut Criterion) {
+    let plan = plan("caustic-box", None);
+    let photon_plan = plan.photons.clone().expect("global illumination");
+    let photons = shoot::<Invisible>(&plan, &photon_plan, 0).by_class[2].clone();
+    let places: Vec<_> = photons.iter().step_by(37).map(|photon| (photon.position, photon.normal)).collect();
+    let map = PhotonMap::build(photons);
+    let count = |radius: f32| -> u64 { places.iter().map(|(p, n)| map.count(*p, *n, radius) as u64).sum() };
+    let mut group = c.benchmark_group("radius query (photons gathered)");
+    group.sample_size(10);
+    for radius in [0.02_f32, 0.04, 0.08] {
+        group.throughput(Throughput::Elements(count(radius)));
+        group.bench_function(format!("radius {radius}"), |b| {
+            b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius).0).sum::<glam::Vec3>());
+        });
+    }
+    group.finish();
+}
+
+/// Whole passes of the paper's Figure 1 scene at the corners of the square.
+fn corners(c: &mut Criterion) {
+    let mut group = c.benchmark_group("cornell-spheres pass");
+    group.sample_size(10);
+    let corners =
+        [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL];
+    for illumination in corners {
+        let plan = plan("cornell-spheres", Some(illumination));
+        let connections = Connections::new(&plan.scene);
+        group.bench_function(illumination.describe(), |b| {
+            b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, stages, queries, corners);
+criterion_main!(benches);
