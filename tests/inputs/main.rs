@@ -1,3 +1,4 @@
 //! What goes in: real files, built-in scenes and everything that can be wrong with a file.
 
+mod builtin;
 mod shared;
