@@ -1,0 +1,104 @@
+//! Random damage: a file is read or refused, it never brings the program down.
+
+use crate::small::{Small, load_bytes};
+use halflight::error::Error;
+use halflight::scene::Scene;
+use proptest::prelude::*;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+use tempfile::TempDir;
+
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| TempDir::new().expect("a folder"));
+
+fn check(name: &str, bytes: &[u8]) {
+    let path: PathBuf = FOLDER.path().join(name);
+    std::fs::write(&path, bytes).expect("written");
+    match Scene::load(&path) {
+        Ok(scene) => {
+            // What was read is sound: no number that is not finite, no index out of bounds.
+            let mesh = &scene.mesh;
+            assert!(mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()));
+            assert_eq!(mesh.positions.len(), mesh.normals.len());
+            assert!(mesh.triangles.iter().flatten().all(|i| (*i as usize) < mesh.positions.len()));
+            for triangle in 0..mesh.triangles.len() as u32 {
+                assert!(mesh.normal(triangle).is_normalized() && scene.material_of(triangle).lobes.len() < 4);
+            }
+            assert!(scene.luminaires.iter().all(|l| l.power(1.0).is_finite() || l.is_delta()));
+            assert!(scene.camera.position.is_finite() && scene.camera.right.is_normalized());
+        }
+        Err(Error::Scene { reason, .. }) => assert!(!reason.contains('\n') && !reason.is_empty()),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn rich() -> Small {
+    let extras = serde_json::json!({ "illumination": [0.5, 0.5], "emission": "both", "thin": false });
+    let glass = serde_json::json!({ "KHR_materials_transmission": { "transmissionFactor": 0.5 },
+        "KHR_materials_emissive_strength": { "emissiveStrength": 2 } });
+    Small::new()
+        .with("/materials/0/extras", extras)
+        .with("/materials/0/extensions", glass)
+        .with("/materials/0/emissiveFactor", serde_json::json!([1, 1, 1]))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bytes_of_a_glb(hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+        let mut bytes = rich().glb();
+        for (index, value) in hits {
+            let at = index.index(bytes.len());
+            bytes[at] = value;
+        }
+        check("bytes.glb", &bytes);
+    }
+
+    #[test]
+    fn floats_and_indices_of_a_glb(hits in prop::collection::vec((0_usize..168, any::<u8>()), 1..20)) {
+        let mut small = rich();
+        for (index, value) in hits {
+            small.binary[index] = value;
+        }
+        check("floats.glb", &small.glb());
+    }
+
+    #[test]
+    fn length_of_a_glb(cut in any::<prop::sample::Index>()) {
+        let bytes = rich().glb();
+        check("length.glb", &bytes[..cut.index(bytes.len())]);
+    }
+
+    #[test]
+    fn values_in_the_json(hits in prop::collection::vec((any::<prop::sample::Index>(), 0_usize..12), 1..4)) {
+        let mut small = rich().embedded();
+        for (index, kind) in hits {
+            let mut leaves = Vec::new();
+            collect(&small.json, String::new(), &mut leaves);
+            let pointer = &leaves[index.index(leaves.len())];
+            let strange = [
+                "null", "-1", "0", "1", "4294967296", "18446744073709551615", "1e39", "-1e30", "[]", "{}", "\"x\"", "true",
+            ][kind];
+            *small.json.pointer_mut(pointer).expect("a leaf") = serde_json::from_str(strange).expect("json");
+        }
+        check("values.gltf", small.json.to_string().as_bytes());
+    }
+}
+
+fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Object(map) => {
+            map.iter().for_each(|(k, v)| collect(v, format!("{path}/{k}"), leaves))
+        }
+        serde_json::Value::Array(list) => {
+            list.iter().enumerate().for_each(|(i, v)| collect(v, format!("{path}/{i}"), leaves));
+        }
+        _ => {}
+    }
+    leaves.push(path);
+}
+
+#[test]
+fn the_undamaged_file_is_good() {
+    assert!(load_bytes("rich.glb", &rich().glb()).is_ok());
+}
