@@ -7,7 +7,7 @@
 //! triangles are wound.
 
 use super::line::Line;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Where a line crosses a triangle.
 pub(super) struct Crossing {
@@ -27,14 +27,19 @@ struct Corner {
     y: f64,
 }
 
-/// Corners are given in the axis order of ray space: `corners[axis][corner]`.
+impl Corner {
+    #[inline(always)]
+    fn new(line: &Line, position: Vec3) -> Self {
+        let offset = position.as_dvec3() - line.origin64;
+        let [shear_x, shear_y] = line.shear;
+        Self { offset, x: offset.x - shear_x * offset.z, y: offset.y - shear_y * offset.z }
+    }
+}
+
+/// The corners are in the axis order of ray space.
 #[inline(always)]
-pub(super) fn cross(line: &Line, corners: [[f32; 3]; 3]) -> Option<Crossing> {
-    let place = |i: usize| {
-        let [x, y, z] = [0, 1, 2].map(|axis| f64::from(corners[axis][i]) - f64::from(line.origin[axis]));
-        Corner { offset: DVec3::new(x, y, z), x: x - line.shear[0] * z, y: y - line.shear[1] * z }
-    };
-    let [a, b, c] = [place(0), place(1), place(2)];
+pub(super) fn cross(line: &Line, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
+    let (a, b, c) = (Corner::new(line, a), Corner::new(line, b), Corner::new(line, c));
     let (weight_a, side_a) = edge(b, c)?;
     let (weight_b, side_b) = edge(c, a)?;
     let (weight_c, side_c) = edge(a, b)?;
@@ -46,9 +51,9 @@ pub(super) fn cross(line: &Line, corners: [[f32; 3]; 3]) -> Option<Crossing> {
     // On which side of the plane the origin lies must not depend on the direction, or a grazing ray would meet the
     // surface it starts on. So not the weighted mean of the corners' z, which says the same if not for rounding.
     let height = a.offset.dot((b.offset - a.offset).cross(c.offset - a.offset));
-    let depths = [a, b, c].map(|corner| corner.offset.z / line.depth);
-    let [first, last] = [f64::min, f64::max].map(|pick| pick(pick(depths[0], depths[1]), depths[2]));
-    let t = (height / (sum * line.depth)).max(first).min(last);
+    let depth = 1.0 / line.depth;
+    let (a, b, c) = (a.offset.z * depth, b.offset.z * depth, c.offset.z * depth);
+    let t = (height / (sum * line.depth)).max(a.min(b).min(c)).min(a.max(b).max(c));
     (t > 0.0 && t < line.t_max).then(|| Crossing { t, u: weight_b / sum, v: weight_c / sum })
 }
 

@@ -62,30 +62,39 @@ impl Block {
     /// edge function, two products of such, is wrong by at most 8Rδ + 2δ² + 16εR² ≤ 64 g (R + g), g = ε(R + D).
     #[inline(always)]
     fn candidates<S: Simd>(&self, simd: S, line: &Line) -> u32 {
-        let splat = |value: f32| Lanes::simd_from(simd, value);
-        let origin = line.origin.map(splat);
-        let shear = line.shear.map(|shear| splat(shear as f32));
-        let [xs, ys, zs] = line.axes.map(|axis| &self.corners[axis]);
-        let place = |i: usize| {
-            let z = Lanes::load_array_ref(simd, &zs[i]) - origin[2];
-            let x = Lanes::load_array_ref(simd, &xs[i]) - origin[0];
-            let y = Lanes::load_array_ref(simd, &ys[i]) - origin[1];
-            (x - shear[0] * z, y - shear[1] * z)
-        };
-        let [(ax, ay), (bx, by), (cx, cy)] = [place(0), place(1), place(2)];
+        let (ax, ay) = self.place(simd, line, 0);
+        let (bx, by) = self.place(simd, line, 1);
+        let (cx, cy) = self.place(simd, line, 2);
         let (a, b, c) = (bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx);
         let g = ROUNDING * (self.extent + line.reach);
         let slack = 64.0 * g * (self.extent + g);
-        let negative = a.min(b).min(c).simd_lt(splat(-slack));
-        let positive = a.max(b).max(c).simd_gt(splat(slack));
+        let negative = a.min(b).min(c).simd_lt(Lanes::simd_from(simd, -slack));
+        let positive = a.max(b).max(c).simd_gt(Lanes::simd_from(simd, slack));
         // Asked this way round, an overflow (NaN) stays a candidate.
         !(negative & positive).to_bitmask() as u32 & self.used
     }
 
-    /// What the exact test needs of one lane.
+    /// A corner of all triangles in ray space: x and y, the ray being the z axis.
     #[inline(always)]
-    fn lane(&self, line: &Line, lane: usize) -> [[f32; 3]; 3] {
-        line.axes.map(|axis| self.corners[axis].map(|corner| corner[lane % LANES]))
+    fn place<S: Simd>(&self, simd: S, line: &Line, corner: usize) -> (Lanes<S>, Lanes<S>) {
+        let [x, y, z] = line.axes;
+        let x =
+            Lanes::load_array_ref(simd, &self.corners[x][corner]) - Lanes::simd_from(simd, line.origin[0]);
+        let y =
+            Lanes::load_array_ref(simd, &self.corners[y][corner]) - Lanes::simd_from(simd, line.origin[1]);
+        let z =
+            Lanes::load_array_ref(simd, &self.corners[z][corner]) - Lanes::simd_from(simd, line.origin[2]);
+        let shear_x = Lanes::simd_from(simd, line.shear[0] as f32);
+        let shear_y = Lanes::simd_from(simd, line.shear[1] as f32);
+        (x - shear_x * z, y - shear_y * z)
+    }
+
+    /// The corners of one triangle, in the axis order of ray space.
+    #[inline(always)]
+    fn lane(&self, line: &Line, lane: usize) -> [Vec3; 3] {
+        let lane = lane % LANES;
+        let [x, y, z] = line.axes.map(|axis| &self.corners[axis]);
+        [0, 1, 2].map(|corner| Vec3::new(x[corner][lane], y[corner][lane], z[corner][lane]))
     }
 }
 

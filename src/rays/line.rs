@@ -1,4 +1,5 @@
 use super::Ray;
+use glam::{DVec3, Vec3};
 
 /// A ray with all that its walk through the tree needs, computed once.
 pub(super) struct Line {
@@ -14,6 +15,8 @@ pub(super) struct Line {
     pub axes: [usize; 3],
     /// Origin, in ray space order.
     pub origin: [f32; 3],
+    /// The same.
+    pub origin64: DVec3,
     /// Direction x/z and y/z; the f32 values are these, rounded.
     pub shear: [f64; 2],
     /// Direction z.
@@ -48,13 +51,15 @@ impl Line {
         let reach = magnitude + ray.origin.abs().max_element();
         let pad = PAD * reach;
         let flattest = FLATTEST * steepness.max_element();
+        let moved = axes.map(|axis| origin[axis]);
         let mut line = Self {
             near: [0.0; 3],
             far: [0.0; 3],
             inverse: [0.0; 3],
             side: [0; 3],
             axes,
-            origin: axes.map(|axis| origin[axis]),
+            origin: moved,
+            origin64: Vec3::from(moved).as_dvec3(),
             shear: [axes[0], axes[1]].map(|axis| f64::from(direction[axis]) / f64::from(direction[z])),
             depth: f64::from(direction[z]),
             reach,

@@ -31,17 +31,22 @@ impl Node {
     /// Which boxes the line meets before `limit` (a bit each), and at what distance it enters them.
     #[inline(always)]
     pub fn enter<S: Simd>(&self, simd: S, line: &Line, limit: f32) -> (u32, [f32; WIDTH]) {
-        let slab = |axis: usize| {
-            let side = line.side[axis];
-            let inverse = f32x8::simd_from(simd, line.inverse[axis]);
-            let near = f32x8::load_array_ref(simd, &self.planes[side]);
-            let far = f32x8::load_array_ref(simd, &self.planes[side ^ 1]);
-            let near = (near - f32x8::simd_from(simd, line.near[axis])) * inverse;
-            (near, (far - f32x8::simd_from(simd, line.far[axis])) * inverse)
-        };
-        let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (slab(0), slab(1), slab(2));
+        let (near_x, far_x) = self.slab(simd, line, 0);
+        let (near_y, far_y) = self.slab(simd, line, 1);
+        let (near_z, far_z) = self.slab(simd, line, 2);
         let enter = near_x.max(near_y).max(near_z.max(f32x8::simd_from(simd, 0.0)));
         let leave = far_x.min(far_y).min(far_z.min(f32x8::simd_from(simd, limit)));
         (enter.simd_le(leave).to_bitmask() as u32 & self.used, enter.to_array())
+    }
+
+    /// At what distances the line passes the planes of one axis.
+    #[inline(always)]
+    fn slab<S: Simd>(&self, simd: S, line: &Line, axis: usize) -> (f32x8<S>, f32x8<S>) {
+        let side = line.side[axis];
+        let inverse = f32x8::simd_from(simd, line.inverse[axis]);
+        let near = f32x8::load_array_ref(simd, &self.planes[side]);
+        let far = f32x8::load_array_ref(simd, &self.planes[side ^ 1]);
+        let near = (near - f32x8::simd_from(simd, line.near[axis])) * inverse;
+        (near, (far - f32x8::simd_from(simd, line.far[axis])) * inverse)
     }
 }

@@ -39,13 +39,11 @@ pub(super) fn walk<S: Simd, V: Visit>(
             let node = &tree.nodes[current as usize];
             let (mut met, enter) = node.enter(simd, line, visit.limit());
             if met != 0 {
-                let entry =
-                    |lane: usize| u64::from(enter[lane].to_bits()) << 32 | u64::from(node.child[lane]);
-                let mut nearest = entry(met.trailing_zeros() as usize % WIDTH);
+                let mut nearest = entry(&enter, &node.child, met);
                 met &= met - 1;
                 let start = stack.len();
                 while met != 0 {
-                    let other = entry(met.trailing_zeros() as usize % WIDTH);
+                    let other = entry(&enter, &node.child, met);
                     met &= met - 1;
                     if V::ORDERED {
                         stack.push(nearest.max(other));
@@ -69,6 +67,13 @@ pub(super) fn walk<S: Simd, V: Visit>(
             }
         }
     }
+}
+
+/// The stack entry of the first child that `met` has a bit for.
+#[inline(always)]
+fn entry(enter: &[f32; WIDTH], child: &[u32; WIDTH], met: u32) -> u64 {
+    let lane = met.trailing_zeros() as usize % WIDTH;
+    u64::from(enter[lane].to_bits()) << 32 | u64::from(child[lane])
 }
 
 /// Insertion sort: there are at most seven.

@@ -1,0 +1,236 @@
+//! Kernels, one core: Mrays/s are criterion's Melem/s. `cargo bench --bench kernels -- <filter>`
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DVec3, Vec3, Vec3A};
+use halflight::light::Matrix;
+use halflight::optics::{Diffuse, Lobe};
+use halflight::rays::{Ray, Rays};
+use halflight::sampling::{Rng, Stream, warp};
+use halflight::scene::{Camera, Material, Mesh, Projection, Scene, Surface};
+use obvhs::BvhBuildParams;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::ray::{Ray as ObvhsRay, RayHit};
+use obvhs::rt_triangle::RtTriangle;
+use obvhs::triangle::Triangle;
+use std::f32::consts::{PI, TAU};
+use std::hint::black_box;
+use std::time::Duration;
+
+criterion_main!(benches);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
+    targets = rays
+}
+
+/// Rays per set.
+const COUNT: usize = 1 << 16;
+
+/// Two spheres of 250 000 triangles in a box of 12.
+fn scene(straight_of_spheres: Matrix) -> Scene {
+    let mut mesh = Mesh::default();
+    let mut add = |corners: [Vec3; 3], surface: u32| {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(corners);
+        mesh.normals.extend([Vec3::Z; 3]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+        mesh.surface.push(surface);
+    };
+    for (centre, radius) in [(Vec3::new(-0.8, 0.3, 0.7), 0.7), (Vec3::new(0.7, -0.4, 0.9), 0.9)] {
+        let point = |i: usize, j: usize| {
+            let (phi, theta) = (TAU * i as f32 / 500.0, PI * j as f32 / 250.0);
+            centre + radius * Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+        };
+        for i in 0..500 {
+            for j in 0..250 {
+                let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
+                add([a, b, c], 1);
+                add([a, c, d], 1);
+            }
+        }
+    }
+    for axis in 0..3 {
+        for side in [-2.0, 2.0] {
+            let corner = |x: f32, y: f32| {
+                let mut p = Vec3::ZERO;
+                p[axis] = side;
+                p[(axis + 1) % 3] = x;
+                p[(axis + 2) % 3] = y;
+                p + Vec3::Z
+            };
+            let [a, b, c, d] = [corner(-2.0, -2.0), corner(2.0, -2.0), corner(2.0, 2.0), corner(-2.0, 2.0)];
+            add([a, b, c], 0);
+            add([a, c, d], 0);
+        }
+    }
+    let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
+    let matter = |straight: Matrix| {
+        let mut matter =
+            Material::new("matter", Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true }));
+        matter.bsdf.straight = straight;
+        matter
+    };
+    Scene {
+        name: "two spheres in a box".to_owned(),
+        mesh,
+        surfaces: vec![surface(0), surface(1)],
+        materials: vec![matter(Matrix::ZERO), matter(straight_of_spheres)],
+        luminaires: Vec::new(),
+        camera: Camera::look_at(
+            Vec3::new(0.0, -1.95, 1.2),
+            Vec3::new(0.0, 0.0, 0.8),
+            Vec3::Z,
+            Projection::Perspective { yfov: 1.2 },
+        ),
+        origin: DVec3::ZERO,
+        illumination: None,
+        notes: Vec::new(),
+    }
+}
+
+/// Coherent camera rays; diffuse bounces from where they land; segments from there to a small luminaire.
+struct Sets {
+    primary: Vec<Ray>,
+    diffuse: Vec<Ray>,
+    shadow: Vec<Ray>,
+}
+
+fn sets(scene: &Scene, rays: &Rays) -> Sets {
+    let side = 256;
+    let mut rng = Rng::new(1, Stream::Test, 0, 0);
+    let mut sets = Sets { primary: Vec::new(), diffuse: Vec::new(), shadow: Vec::new() };
+    for i in 0..COUNT {
+        let (x, y) = ((i % side) as f32 + rng.f32(), (i / side) as f32 + rng.f32());
+        let (origin, direction) = scene.camera.ray(x / side as f32, y / side as f32, 1.0);
+        let ray = Ray { origin, direction, t_max: f32::INFINITY };
+        sets.primary.push(ray);
+        let hit = rays.closest(&ray).expect("the box is closed");
+        let point = scene.mesh.point(hit.triangle, hit.u, hit.v, false);
+        let n = point.normals.geometric;
+        let n = if n.dot(direction) > 0.0 { -n } else { n };
+        let direction = warp::to_world(n, warp::cosine_hemisphere(rng.f32x2()));
+        sets.diffuse.push(Ray { origin: point.origin_towards(direction), direction, t_max: f32::INFINITY });
+        let lamp = Vec3::new(0.3 * rng.f32(), 0.3 * rng.f32(), 2.9);
+        let origin = point.origin_towards(lamp - point.position);
+        let t_max = origin.distance(lamp);
+        sets.shadow.push(Ray { origin, direction: (lamp - origin) / t_max, t_max });
+    }
+    sets
+}
+
+fn rays(criterion: &mut Criterion) {
+    let blocked = scene(Matrix::ZERO);
+    let clear = scene(0.5 * Matrix::IDENTITY);
+    let mixing = scene(Matrix::new([[0.5, 0.1], [0.2, 0.5]]));
+    let ours = Rays::build(&blocked);
+    let through = Rays::build(&clear);
+    let ordered = Rays::build(&mixing);
+    let sets = sets(&blocked, &ours);
+    let theirs = Theirs::new(&blocked.mesh);
+
+    let mut group = criterion.benchmark_group("rays");
+    group.bench_function("build", |b| b.iter(|| Rays::build(&blocked)));
+    group.throughput(Throughput::Elements(COUNT as u64));
+    for (name, set) in [("primary", &sets.primary), ("diffuse", &sets.diffuse)] {
+        group.bench_function(format!("closest/{name}"), |b| {
+            b.iter(|| set.iter().filter_map(|ray| ours.closest(ray)).map(|hit| hit.t).sum::<f32>())
+        });
+        group.bench_function(format!("closest/{name}/obvhs RtTriangle"), |b| {
+            b.iter(|| set.iter().filter_map(|ray| theirs.closest(ray, RtTriangle::intersect)).sum::<f32>())
+        });
+        group.bench_function(format!("closest/{name}/obvhs Woop"), |b| {
+            b.iter(|| set.iter().filter_map(|ray| theirs.closest_woop(ray)).sum::<f32>())
+        });
+    }
+    group.bench_function("occluded/shadow", |b| {
+        b.iter(|| sets.shadow.iter().filter(|ray| ours.occluded(ray)).count())
+    });
+    group.bench_function("occluded/shadow/obvhs RtTriangle", |b| {
+        b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded(ray)).count())
+    });
+    group.bench_function("transmittance/shadow", |b| {
+        b.iter(|| sets.shadow.iter().map(|ray| through.transmittance(ray).inv_inv).sum::<f32>())
+    });
+    group.bench_function("transmittance/shadow/ordered", |b| {
+        b.iter(|| sets.shadow.iter().map(|ray| ordered.transmittance(ray).inv_inv).sum::<f32>())
+    });
+    // A blocker behind one or two clear spheres: 2.2 crossings in the mean.
+    let mut hits = Vec::new();
+    for (name, set) in [("primary", &sets.primary), ("diffuse", &sets.diffuse)] {
+        let mut count = 0;
+        set.iter().for_each(|ray| {
+            through.crossings(ray, &mut hits);
+            count += hits.len();
+        });
+        println!("{name}: {} crossings per ray", count as f64 / COUNT as f64);
+        group.bench_function(format!("crossings/{name}"), |b| {
+            b.iter(|| {
+                for ray in set {
+                    through.crossings(ray, &mut hits);
+                    black_box(&hits);
+                }
+            })
+        });
+    }
+}
+
+/// obvhs' own tree, walk and triangles.
+struct Theirs {
+    bvh: Bvh2,
+    /// In the order of the tree.
+    triangles: Vec<RtTriangle>,
+    corners: Vec<[Vec3A; 3]>,
+}
+
+impl Theirs {
+    fn new(mesh: &Mesh) -> Self {
+        let triangles: Vec<_> = (0..mesh.triangles.len() as u32)
+            .map(|triangle| {
+                let [v0, v1, v2] = mesh.corners(triangle).map(Vec3A::from);
+                Triangle { v0, v1, v2 }
+            })
+            .collect();
+        let bvh = build_bvh2_from_tris(&triangles, BvhBuildParams::medium_build(), &mut Duration::default());
+        let order = || bvh.primitive_indices.iter().map(|&i| &triangles[i as usize]);
+        let (rt, corners) =
+            (order().map(RtTriangle::from).collect(), order().map(|t| [t.v0, t.v1, t.v2]).collect());
+        Self { bvh, triangles: rt, corners }
+    }
+
+    fn ray(ray: &Ray) -> ObvhsRay {
+        ObvhsRay::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
+    }
+
+    fn closest(&self, ray: &Ray, test: impl Fn(&RtTriangle, &ObvhsRay) -> f32) -> Option<f32> {
+        let mut hit = RayHit::none();
+        let met =
+            self.bvh.ray_traverse(Self::ray(ray), &mut hit, |ray, slot| test(&self.triangles[slot], ray));
+        met.then_some(hit.t)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        !self.bvh.ray_traverse_miss(Self::ray(ray), |ray, slot| self.triangles[slot].intersect(ray))
+    }
+
+    fn closest_woop(&self, ray: &Ray) -> Option<f32> {
+        let d = ray.direction;
+        let z = d.abs().max_position();
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let shear = [d[x] / d[z], d[y] / d[z], 1.0 / d[z]];
+        let mut hit = RayHit::none();
+        let met = self.bvh.ray_traverse(Self::ray(ray), &mut hit, |ray, slot| {
+            let [a, b, c] = self.corners[slot].map(|p| {
+                let p = p - ray.origin;
+                Vec3::new(p[x] - shear[0] * p[z], p[y] - shear[1] * p[z], shear[2] * p[z])
+            });
+            let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
+            if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+                return f32::INFINITY;
+            }
+            let t = (u * a.z + v * b.z + w * c.z) / (u + v + w);
+            if t > 0.0 { t } else { f32::INFINITY }
+        });
+        met.then_some(hit.t)
+    }
+}
