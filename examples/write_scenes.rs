@@ -122,7 +122,7 @@ impl File {
     }
 
     fn vectors(&mut self, vectors: &[Vec3], mut accessor: Value) -> usize {
-        let bytes: Vec<u8> = vectors.iter().flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
+        let bytes: Vec<u8> = vectors.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes).collect();
         accessor["componentType"] = json!(5126);
         accessor["type"] = json!("VEC3");
         accessor["count"] = json!(vectors.len());

@@ -2,18 +2,10 @@
 
 use crate::small::{Small, load_bytes};
 use halflight::error::Error;
-use halflight::scene::Scene;
 use proptest::prelude::*;
-use std::path::PathBuf;
-use std::sync::LazyLock;
-use tempfile::TempDir;
-
-static FOLDER: LazyLock<TempDir> = LazyLock::new(|| TempDir::new().expect("a folder"));
 
 fn check(name: &str, bytes: &[u8]) {
-    let path: PathBuf = FOLDER.path().join(name);
-    std::fs::write(&path, bytes).expect("written");
-    match Scene::load(&path) {
+    match load_bytes(name, bytes) {
         Ok(scene) => {
             // What was read is sound: no number that is not finite, no index out of bounds.
             let mesh = &scene.mesh;
@@ -88,7 +80,7 @@ proptest! {
 fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {
     match value {
         serde_json::Value::Object(map) => {
-            map.iter().for_each(|(k, v)| collect(v, format!("{path}/{k}"), leaves))
+            map.iter().for_each(|(k, v)| collect(v, format!("{path}/{k}"), leaves));
         }
         serde_json::Value::Array(list) => {
             list.iter().enumerate().for_each(|(i, v)| collect(v, format!("{path}/{i}"), leaves));

@@ -3,6 +3,7 @@ use super::accessor::Accessors;
 use crate::scene::assembly::Closure;
 use glam::{DVec3, Vec3};
 use gltf::Semantic;
+use gltf::json::Index;
 use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 
@@ -19,7 +20,7 @@ pub(super) fn read(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<O
     let Checked::Valid(mode) = primitive.mode else {
         return Err("has an unknown drawing mode; export it again".into());
     };
-    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value());
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(Index::value);
     let triangles = match mode {
         Mode::Triangles => list,
         Mode::TriangleStrip => strip,

@@ -268,27 +268,25 @@ impl<'a> Reader<'a> {
         for (_, fact) in facts.iter().filter(|(holds, _)| *holds) {
             notes.about(fact, &self.name);
         }
-        for (extension, factor) in UNTYPED {
-            let value = more.others.get(*extension);
-            let off = |value: &serde_json::Value| {
-                factor.is_some_and(|key| value.get(key).map_or(0.0, numeric_extent) == 0.0)
-            };
-            if value.is_some_and(|value| !off(value)) {
+        for (extension, value) in &more.others {
+            let factor = UNTYPED.iter().find(|(known, _)| known == extension).map(|(_, factor)| *factor);
+            let off = factor.is_some_and(|key| value.get(key).map_or(0.0, numeric_extent) == 0.0);
+            if !off {
                 notes.about(&format!("{extension} is not supported yet"), &self.name);
             }
         }
     }
 }
 
-/// Material extensions that are not read, with the factor that turns each off at 0, which is its default.
-const UNTYPED: &[(&str, Option<&str>)] = &[
-    ("KHR_materials_clearcoat", Some("clearcoatFactor")),
-    ("KHR_materials_sheen", Some("sheenColorFactor")),
-    ("KHR_materials_anisotropy", Some("anisotropyStrength")),
-    ("KHR_materials_iridescence", Some("iridescenceFactor")),
-    ("KHR_materials_dispersion", Some("dispersion")),
-    ("KHR_materials_diffuse_transmission", Some("diffuseTransmissionFactor")),
-    ("KHR_materials_pbrSpecularGlossiness", None),
+/// Material extensions that are not read, with the factor that turns each off at 0, which is its default. Any
+/// other extension is taken to change the picture.
+const UNTYPED: &[(&str, &str)] = &[
+    ("KHR_materials_clearcoat", "clearcoatFactor"),
+    ("KHR_materials_sheen", "sheenColorFactor"),
+    ("KHR_materials_anisotropy", "anisotropyStrength"),
+    ("KHR_materials_iridescence", "iridescenceFactor"),
+    ("KHR_materials_dispersion", "dispersion"),
+    ("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
 ];
 
 /// The largest absolute value of a number or of the numbers in an array.
