@@ -1,4 +1,5 @@
 //! halflight.
+pub mod cli;
 pub mod error;
 pub mod film;
 pub mod light;
