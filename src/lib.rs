@@ -1,4 +1,76 @@
-//! halflight.
+//! halflight renders scenes lit by *vector-valued light*: light with an invisible half that travels and a visible half
+//! that is seen, turned into each other by 2×2 matrix reflectances. One algorithm gives global illumination, local
+//! illumination, shadows without inter-reflection and inter-reflection without shadows, with caustics.
+//!
+//! ```
+//! # fn main() -> halflight::error::Result<()> {
+//! use halflight::film::{Layer, write_exr, write_png};
+//! use halflight::plan::Settings;
+//! use halflight::render::Render;
+//! use halflight::scene::{Illumination, Scene};
+//!
+//! let mut scene = Scene::load("builtin:cornell-spheres")?;
+//! scene.illuminate(Some(Illumination::SHADOWLESS), &[])?;
+//! let settings = Settings { width: 32, height: 32, paths: Some(4_000), ..Settings::default() };
+//! let mut render = Render::new(scene, settings, &[Layer::Visible, Layer::Error]);
+//! while render.film().relative_error().is_none_or(|error| error > 0.3) {
+//!     render.pass();
+//! }
+//! # let folder = tempfile::tempdir().expect("a temporary folder");
+//! # let file = |name| folder.path().join(name);
+//! write_exr(&file("spheres.exr"), render.film(), &render.header())?;
+//! write_png(&file("spheres.png"), render.film(), 1.0)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # The story
+//!
+//! ```text
+//! scene.glb ─ load ─► Scene ─ plan ─► Plan ─┐ for each pass
+//!                                           ├─ shoot ─► photons ─ build ─► maps ─┐
+//!                                           └─ camera rays ───────── gather ◄────┘ ─► Film ─► EXR, PNG
+//!                                              camera rays ─ path trace (the opponent) ─► the same Film
+//! ```
+//!
+//! 1. [`scene`] loads a glTF file; every material becomes a matrix BSDF [`optics::Bsdf`], `F = Σ C_k f_k`.
+//! 2. [`plan`] looks at the matrices, decides what the picture needs, and leaves out the rest.
+//! 3. [`mod@shoot`] sends photons from the luminaires; matrices act on their [`light::Light`] from the left.
+//! 4. [`photon_map`] makes kd-trees of them.
+//! 5. [`mod@gather`] follows camera rays whose [`light::Row`] is multiplied from the right, connects them to luminaires and
+//!    reads the rest from the maps.
+//! 6. [`film`] sums passes, which are independent: their spread is the error bar.
+//!
+//! [`path_trace`] gathers all light from the camera and shares no estimator with 3–5, so that agreement is evidence.
+//!
+//! # Names and units
+//!
+//! | name | what | unit |
+//! |---|---|---|
+//! | `from`, `to` | where a walk came from and goes on, unit, away from the surface | |
+//! | `wi`, `wo` | to the light, to the eye, unit, away from the surface | |
+//! | power | what a photon carries | W |
+//! | radiance | what a pixel shows | W m⁻² sr⁻¹ |
+//! | irradiance | photon power per area | W m⁻² |
+//! | `pdf_solid_angle` | density of a direction | sr⁻¹ |
+//! | `n`, `m` | reflections, straight crossings of a path | |
+//! | `s`, `t` | inter-reflection, shadowlessness | |
+//! | `k` | multiplication factor of reflected power per generation | |
+//! | footprint | side of what a pixel covers on a surface that faces it | m |
+//!
+//! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
+//! film, measure ← cli.
+//!
+//! # References
+//!
+//! D. C. Banks, K. M. Beason: Retro-rendering with vector-valued light (the paper; equation numbers are its own). ·
+//! C. Knaus, M. Zwicker 2011: Progressive photon mapping: a probabilistic approach. ·
+//! E. Veach 1997: Robust Monte Carlo methods for light transport simulation. ·
+//! S. Woop, C. Benthin, I. Wald 2013: Watertight ray/triangle intersection. ·
+//! J. Arvo 1995: Stratified sampling of spherical triangles. ·
+//! B. Burley 2020: Practical hash-based Owen scrambling. ·
+//! M. Pharr, W. Jakob, G. Humphreys: Physically based rendering, 4th ed.
+
 pub mod cli;
 pub mod error;
 pub mod film;
@@ -6,6 +78,7 @@ pub mod gather;
 pub mod light;
 pub mod measure;
 pub mod optics;
+pub mod path_trace;
 pub mod photon_map;
 pub mod plan;
 pub mod rays;

@@ -13,6 +13,8 @@ mod write_exr;
 mod write_png;
 
 #[cfg(test)]
+mod foreign_tests;
+#[cfg(test)]
 mod tests;
 
 pub use header::{Header, Value};
@@ -22,4 +24,4 @@ pub use read_exr::read_exr;
 pub use replace::{check_writable, replace_file};
 pub use sums::{Film, PassImage};
 pub use write_exr::{write_exr, write_image_exr};
-pub use write_png::{srgb_encode, write_png, write_rgb_png};
+pub use write_png::{srgb_encode, write_bytes_png, write_png, write_rgb_png};

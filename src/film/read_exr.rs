@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::film::header::Header;
 use crate::film::image::Image;
+use crate::film::layer::Layer;
 use crate::film::write_exr::PREFIX;
 use ::exr::prelude::{
     AnyChannel, AttributeValue, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, read,
@@ -15,7 +16,7 @@ use std::path::Path;
 /// Reads every layer of an EXR file: scan lines or tiles, one part or several of equal size, any compression, f16,
 /// f32 or u32. Channels are grouped by what stands before the last dot: `R G B` (called `visible` where nothing
 /// stands before it), `X Y Z`, `Z` alone (called `depth`), or `Y` alone (grey). Other channels are passed over.
-/// Pixels are those of the data window.
+/// Pixels are those of the data window. Our own layers come first, in the order of [`Layer::ALL`].
 pub fn read_exr(path: &Path) -> Result<Image> {
     let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
     decode(BufReader::new(file)).map_err(|reason| Error::Image { path: path.into(), reason })
@@ -44,10 +45,11 @@ fn decode(mut file: BufReader<File>) -> std::result::Result<Image, String> {
     }
     read_facts(&mut header, exr.attributes.other.iter());
     header.entries.sort_by(|a, b| a.0.cmp(&b.0));
-    let layers: Vec<_> = groups.iter().flat_map(|group| group.layers(size.area())).collect();
+    let mut layers: Vec<_> = groups.iter().flat_map(|group| group.layers(size.area())).collect();
     if layers.is_empty() {
         return Err("it holds no layer with channels R, G, B (nor X, Y, Z, nor Y, nor Z)".into());
     }
+    layers.sort_by_key(|(name, _)| name.parse().map_or(usize::MAX, |layer: Layer| layer as usize));
     let side = |n: usize| u32::try_from(n).map_err(|_| "it is too large".to_string());
     Ok(Image { width: side(size.width())?, height: side(size.height())?, layers, header })
 }
@@ -81,7 +83,11 @@ fn collect<'a>(groups: &mut Vec<Group<'a>>, part: Option<&str>, channel: &'a Any
     let name = match (part.unwrap_or(""), stem) {
         ("", stem) => stem.to_string(),
         (part, "") => part.to_string(),
-        (part, stem) if part == stem => stem.to_string(),
+        (part, stem)
+            if stem.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')) =>
+        {
+            stem.to_string()
+        }
         (part, stem) => format!("{part}.{stem}"),
     };
     match groups.iter_mut().find(|group| group.name == name) {

@@ -61,7 +61,7 @@ fn standard_error_z(claimed_variance: f64, scale: f32) -> f64 {
     let variances: Vec<f64> = film
         .standard_error()
         .iter()
-        .flat_map(|se| se.to_array())
+        .flat_map(Vec3::to_array)
         .map(|se| (f64::from(se) / f64::from(scale)).powi(2))
         .collect();
     let n = variances.len() as f64;

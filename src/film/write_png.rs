@@ -29,10 +29,15 @@ pub fn write_rgb_png(path: &Path, width: u32, height: u32, plane: &[Vec3], expos
             bytes.extend([255, 0, 255]);
         }
     }
-    let encoded = encode(width, height, &bytes)
-        .map_err(|e| Error::Write { path: path.into(), reason: e.to_string() })?;
-    replace_file(path, |file| file.write_all(&encoded))?;
+    write_bytes_png(path, width, height, &bytes)?;
     Ok(lost)
+}
+
+/// Writes an 8-bit sRGB picture as it is: three bytes a pixel, row-major from top left.
+pub fn write_bytes_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+    let encoded =
+        encode(width, height, rgb).map_err(|e| Error::Write { path: path.into(), reason: e.to_string() })?;
+    replace_file(path, |file| file.write_all(&encoded))
 }
 
 fn encode(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {

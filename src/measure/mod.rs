@@ -1,7 +1,9 @@
 //! How far a picture is from the truth: error metrics, FLIP, and tests that accept or reject.
 
 pub mod distributions;
+pub mod error_picture;
 pub mod flip;
+pub mod mask;
 pub mod metrics;
 pub mod ztest;
 
