@@ -4,6 +4,7 @@ pub mod film;
 pub mod light;
 pub mod measure;
 pub mod optics;
+pub mod path_trace;
 pub mod rays;
 pub mod sampling;
 pub mod scene;
