@@ -1,8 +1,27 @@
 //! Rays against the scene: closest hit, all hits in order, transmittance.
+//!
+//! obvhs builds the tree. It is walked here, eight boxes and four triangles at a time, because its own walk and
+//! triangle tests leak at edges. A line that meets an edge or a corner shared by triangles crosses exactly one of
+//! them; triangles without area are never hit; both faces of a triangle are hit. There is no distance in world units: scenes may be as
+//! small or large as f32 allows, and a hit is a hit if its t, computed in f64, is > 0.
+
+mod build;
+mod exact;
+mod leaf;
+mod line;
+mod node;
+mod visit;
+mod walk;
 
 use crate::light::Matrix;
 use crate::scene::Scene;
+use build::Tree;
+use fearless_simd::{Level, dispatch};
 use glam::Vec3;
+use line::Line;
+use std::cell::RefCell;
+use visit::{Any, Closest, Passed, Product, UpToBlocker};
+use walk::{Visit, walk};
 
 /// A half-line or segment: points `origin + t * direction` with 0 < t < `t_max`.
 #[derive(Clone, Copy, Debug)]
@@ -28,32 +47,133 @@ pub struct Hit {
     pub v: f32,
 }
 
+/// The class of triangles that let nothing straight through.
+const BLOCKER: u32 = 0;
+
+/// What goes straight through the scene's triangles, taken together.
+enum Through {
+    /// Nothing, through any of them.
+    Nothing,
+    /// Everything, through all of them.
+    Everything,
+    /// Diagonal matrices: their order does not matter.
+    Diagonal,
+    /// Anything: matrices multiply in order.
+    Ordered,
+}
+
 /// The scene's triangles, indexed for rays.
-pub struct Rays {}
+pub struct Rays {
+    tree: Tree,
+    /// The distinct straight matrices; [`BLOCKER`] is zero.
+    straight: Vec<Matrix>,
+    through: Through,
+    level: Level,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = const { RefCell::new(Scratch { stack: Vec::new(), passed: Vec::new() }) };
+}
+
+/// What a query needs and the next one can use again.
+struct Scratch {
+    stack: Vec<u64>,
+    passed: Vec<(f32, u32, u32)>,
+}
 
 impl Rays {
     /// Builds the index over all triangles of the scene; `O(n log n)`.
-    pub fn build(_scene: &Scene) -> Self {
-        Self {}
+    pub fn build(scene: &Scene) -> Self {
+        Self::build_at(scene, Level::new())
+    }
+
+    fn build_at(scene: &Scene, level: Level) -> Self {
+        let mut straight = vec![Matrix::ZERO];
+        let class_of_material: Vec<u32> = scene
+            .materials
+            .iter()
+            .map(|material| {
+                let matrix = material.bsdf.straight;
+                let known = straight.iter().position(|other| *other == matrix);
+                known.unwrap_or_else(|| {
+                    straight.push(matrix);
+                    straight.len() - 1
+                }) as u32
+            })
+            .collect();
+        let class_of_surface: Vec<u32> =
+            scene.surfaces.iter().map(|surface| class_of_material[surface.material as usize]).collect();
+        let class = |triangle: u32| class_of_surface[scene.mesh.surface[triangle as usize] as usize];
+        let mut seen = vec![false; straight.len()];
+        (0..scene.mesh.triangles.len() as u32).for_each(|triangle| seen[class(triangle) as usize] = true);
+        let present = || straight.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(matrix, _)| *matrix);
+        let through = if present().all(Matrix::is_zero) {
+            Through::Nothing
+        } else if present().all(|matrix| matrix == Matrix::IDENTITY) {
+            Through::Everything
+        } else if present().all(Matrix::is_diagonal) {
+            Through::Diagonal
+        } else {
+            Through::Ordered
+        };
+        Self { tree: Tree::build(&scene.mesh, class), straight, through, level }
     }
 
     /// The first triangle that the ray meets.
-    pub fn closest(&self, _ray: &Ray) -> Option<Hit> {
-        None
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        self.query(ray, Closest { t_max: ray.t_max, best: None }).best
     }
 
     /// All triangles along the ray in order of (t, triangle), up to and including the first that lets nothing straight through.
-    pub fn crossings(&self, _ray: &Ray, hits: &mut Vec<Hit>) {
+    pub fn crossings(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
+        match self.through {
+            Through::Nothing => hits.extend(self.closest(ray)),
+            _ => self.query(ray, UpToBlocker { hits, end: (ray.t_max, u32::MAX) }).finish(),
+        }
     }
 
     /// True when any triangle lies on the ray.
-    pub fn occluded(&self, _ray: &Ray) -> bool {
-        false
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.query(ray, Any { t_max: ray.t_max, found: false }).found
     }
 
     /// What light that travels the segment from its *far* end to its origin is multiplied by: the ordered product of the straight matrices.
-    pub fn transmittance(&self, _ray: &Ray) -> Matrix {
-        Matrix::IDENTITY
+    pub fn transmittance(&self, ray: &Ray) -> Matrix {
+        let t_max = ray.t_max;
+        let straight = &self.straight;
+        match self.through {
+            Through::Nothing => {
+                if self.occluded(ray) {
+                    Matrix::ZERO
+                } else {
+                    Matrix::IDENTITY
+                }
+            }
+            Through::Everything => Matrix::IDENTITY,
+            Through::Diagonal => {
+                self.query(ray, Product { t_max, straight, product: Matrix::IDENTITY }).product
+            }
+            Through::Ordered => SCRATCH.with_borrow_mut(|Scratch { stack, passed }| {
+                passed.clear();
+                let visit = Passed { t_max, passed, blocked: false };
+                self.query_with(stack, ray, visit).product(straight)
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn query<V: Visit>(&self, ray: &Ray, visit: V) -> V {
+        SCRATCH.with_borrow_mut(|scratch| self.query_with(&mut scratch.stack, ray, visit))
+    }
+
+    #[inline(always)]
+    fn query_with<V: Visit>(&self, stack: &mut Vec<u64>, ray: &Ray, mut visit: V) -> V {
+        let visit_ref = &mut visit;
+        dispatch!(self.level, simd => {
+            let line = Line::new(ray, self.tree.magnitude);
+            walk(simd, &self.tree, &line, stack, visit_ref);
+        });
+        visit
     }
 }

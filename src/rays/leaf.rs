@@ -1,0 +1,116 @@
+use super::Hit;
+use super::exact::cross;
+use super::line::{Line, ROUNDING};
+use super::walk::Visit;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4};
+use glam::Vec3;
+use std::ops::ControlFlow;
+
+/// Triangles per block.
+pub(super) const LANES: usize = 4;
+type Lanes<S> = f32x4<S>;
+
+/// A block of triangles. A leaf is a run of blocks.
+#[repr(C, align(64))]
+#[derive(Clone)]
+pub(super) struct Block {
+    /// `corners[axis][corner][lane]`
+    corners: [[[f32; LANES]; 3]; 3],
+    /// Index into the mesh.
+    triangle: [u32; LANES],
+    /// Index into the scene's straight matrices.
+    class: [u32; LANES],
+    /// No edge of these triangles is longer along any axis.
+    extent: f32,
+    /// A bit for each lane in use.
+    used: u32,
+    /// The last block of its leaf.
+    last: bool,
+}
+
+impl Block {
+    /// From at most [`LANES`] triangles: index, class, corners.
+    pub fn new(triangles: &[(u32, u32, [Vec3; 3])], last: bool) -> Self {
+        let mut block = Self {
+            corners: [[[0.0; LANES]; 3]; 3],
+            triangle: [0; LANES],
+            class: [0; LANES],
+            extent: 0.0,
+            used: (1 << triangles.len()) - 1,
+            last,
+        };
+        for (lane, &(triangle, class, corners)) in triangles.iter().enumerate() {
+            for axis in 0..3 {
+                for corner in 0..3 {
+                    block.corners[axis][corner][lane] = corners[corner][axis];
+                }
+            }
+            let [a, b, c] = corners;
+            let edges = (a - b).abs().max((b - c).abs()).max((c - a).abs());
+            block.extent = block.extent.max(edges.max_element());
+            block.triangle[lane] = triangle;
+            block.class[lane] = class;
+        }
+        block
+    }
+
+    /// Triangles that the line may cross: all that it does cross, and some that it misses by rounding.
+    ///
+    /// Woop's test in f32. Let R be `extent`, D `line.reach` and ε [`ROUNDING`]. Where the line does cross, sheared
+    /// coordinates are at most 2R and wrong by δ ≤ 4ε(R + D) (two differences, one quotient, one product), so an
+    /// edge function, two products of such, is wrong by at most 8Rδ + 2δ² + 16εR² ≤ 64 g (R + g), g = ε(R + D).
+    #[inline(always)]
+    fn candidates<S: Simd>(&self, simd: S, line: &Line) -> u32 {
+        let splat = |value: f32| Lanes::simd_from(simd, value);
+        let origin = line.origin.map(splat);
+        let shear = line.shear.map(|shear| splat(shear as f32));
+        let [xs, ys, zs] = line.axes.map(|axis| &self.corners[axis]);
+        let place = |i: usize| {
+            let z = Lanes::load_array_ref(simd, &zs[i]) - origin[2];
+            let x = Lanes::load_array_ref(simd, &xs[i]) - origin[0];
+            let y = Lanes::load_array_ref(simd, &ys[i]) - origin[1];
+            (x - shear[0] * z, y - shear[1] * z)
+        };
+        let [(ax, ay), (bx, by), (cx, cy)] = [place(0), place(1), place(2)];
+        let (a, b, c) = (bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx);
+        let g = ROUNDING * (self.extent + line.reach);
+        let slack = 64.0 * g * (self.extent + g);
+        let negative = a.min(b).min(c).simd_lt(splat(-slack));
+        let positive = a.max(b).max(c).simd_gt(splat(slack));
+        // Asked this way round, an overflow (NaN) stays a candidate.
+        !(negative & positive).to_bitmask() as u32 & self.used
+    }
+
+    /// What the exact test needs of one lane.
+    #[inline(always)]
+    fn lane(&self, line: &Line, lane: usize) -> [[f32; 3]; 3] {
+        line.axes.map(|axis| self.corners[axis].map(|corner| corner[lane % LANES]))
+    }
+}
+
+/// Shows `visit` all crossings of the leaf that starts at `first`.
+#[inline(always)]
+pub(super) fn visit_leaf<S: Simd, V: Visit>(
+    simd: S,
+    blocks: &[Block],
+    first: usize,
+    line: &Line,
+    visit: &mut V,
+) -> ControlFlow<()> {
+    for block in &blocks[first..] {
+        let mut candidates = block.candidates(simd, line);
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize % LANES;
+            candidates &= candidates - 1;
+            if let Some(crossing) = cross(line, block.lane(line, lane)) {
+                let (t, u, v) = (crossing.t as f32, crossing.u as f32, crossing.v as f32);
+                visit.hit(Hit { t, triangle: block.triangle[lane], u, v }, block.class[lane])?;
+            }
+        }
+        if block.last {
+            break;
+        }
+    }
+    ControlFlow::Continue(())
+}

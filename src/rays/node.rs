@@ -1,0 +1,45 @@
+use super::line::Line;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+/// Children per node.
+pub(super) const WIDTH: usize = 8;
+
+/// Marks a child reference that is an index into the leaves; the others are indices into the nodes.
+pub(super) const LEAF: u32 = 1 << 31;
+
+/// Up to eight boxes, and what is in them.
+#[repr(C, align(64))]
+#[derive(Clone)]
+pub(super) struct Node {
+    /// x min, x max, y min, … of each child. Empty places are inside out: no ray meets them.
+    pub planes: [[f32; WIDTH]; 6],
+    /// Node index, or leaf index | [`LEAF`].
+    pub child: [u32; WIDTH],
+}
+
+impl Node {
+    /// A node without children.
+    pub const EMPTY: Self = {
+        const MIN: [f32; WIDTH] = [f32::INFINITY; WIDTH];
+        const MAX: [f32; WIDTH] = [f32::NEG_INFINITY; WIDTH];
+        Self { planes: [MIN, MAX, MIN, MAX, MIN, MAX], child: [0; WIDTH] }
+    };
+
+    /// Which boxes the line meets before `limit` (a bit each), and at what distance it enters them.
+    #[inline(always)]
+    pub fn enter<S: Simd>(&self, simd: S, line: &Line, limit: f32) -> (u32, [f32; WIDTH]) {
+        let slab = |axis: usize| {
+            let side = line.side[axis];
+            let inverse = f32x8::simd_from(simd, line.inverse[axis]);
+            let near = f32x8::load_array_ref(simd, &self.planes[side]);
+            let far = f32x8::load_array_ref(simd, &self.planes[side ^ 1]);
+            let near = (near - f32x8::simd_from(simd, line.near[axis])) * inverse;
+            (near, (far - f32x8::simd_from(simd, line.far[axis])) * inverse)
+        };
+        let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (slab(0), slab(1), slab(2));
+        let enter = near_x.max(near_y).max(near_z.max(f32x8::simd_from(simd, 0.0)));
+        let leave = far_x.min(far_y).min(far_z.min(f32x8::simd_from(simd, limit)));
+        (enter.simd_le(leave).to_bitmask() as u32, enter.to_array())
+    }
+}

@@ -1,0 +1,151 @@
+//! What each query does with the crossings that the walk shows it.
+
+use super::walk::Visit;
+use super::{BLOCKER, Hit};
+use crate::light::Matrix;
+use std::ops::ControlFlow;
+
+/// The order in which crossings are met.
+pub(super) fn order(hit: &Hit) -> (f32, u32) {
+    (hit.t, hit.triangle)
+}
+
+/// Keeps the first crossing.
+pub(super) struct Closest {
+    pub t_max: f32,
+    pub best: Option<Hit>,
+}
+
+impl Visit for Closest {
+    const ORDERED: bool = true;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.best.map_or(self.t_max, |hit| hit.t)
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, hit: Hit, _class: u32) -> ControlFlow<()> {
+        if self.best.is_none_or(|best| order(&hit) < order(&best)) {
+            self.best = Some(hit);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Keeps all crossings up to the first blocker.
+pub(super) struct UpToBlocker<'a> {
+    pub hits: &'a mut Vec<Hit>,
+    /// Order of the first blocker so far; (`t_max`, `u32::MAX`) where there is none.
+    pub end: (f32, u32),
+}
+
+impl Visit for UpToBlocker<'_> {
+    const ORDERED: bool = true;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.end.0
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
+        if order(&hit) <= self.end {
+            self.hits.push(hit);
+            if class == BLOCKER {
+                self.end = order(&hit);
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl UpToBlocker<'_> {
+    /// Sorts, and cuts what lies behind the blocker.
+    pub fn finish(self) {
+        self.hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        let reached = self.hits.partition_point(|hit| order(hit) <= self.end);
+        self.hits.truncate(reached);
+    }
+}
+
+/// Stops at any crossing.
+pub(super) struct Any {
+    pub t_max: f32,
+    pub found: bool,
+}
+
+impl Visit for Any {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, _hit: Hit, _class: u32) -> ControlFlow<()> {
+        self.found = true;
+        ControlFlow::Break(())
+    }
+}
+
+/// The product of matrices that commute, in the order of the tree (which does not depend on the ray's direction).
+pub(super) struct Product<'a> {
+    pub t_max: f32,
+    pub straight: &'a [Matrix],
+    pub product: Matrix,
+}
+
+impl Visit for Product<'_> {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, _hit: Hit, class: u32) -> ControlFlow<()> {
+        self.product = self.product * self.straight[class as usize];
+        if self.product.is_zero() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// All crossings with their classes, for a product that must be taken in order.
+pub(super) struct Passed<'a> {
+    pub t_max: f32,
+    /// t, triangle, class.
+    pub passed: &'a mut Vec<(f32, u32, u32)>,
+    pub blocked: bool,
+}
+
+impl Visit for Passed<'_> {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
+        if class == BLOCKER {
+            self.blocked = true;
+            return ControlFlow::Break(());
+        }
+        self.passed.push((hit.t, hit.triangle, class));
+        ControlFlow::Continue(())
+    }
+}
+
+impl Passed<'_> {
+    /// h1, h2, … are met in this order from the ray's origin, so light from its far end meets h1 last.
+    pub fn product(self, straight: &[Matrix]) -> Matrix {
+        if self.blocked {
+            return Matrix::ZERO;
+        }
+        self.passed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.2 as usize])
+    }
+}

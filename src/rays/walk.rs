@@ -1,0 +1,84 @@
+use super::Hit;
+use super::build::Tree;
+use super::leaf::visit_leaf;
+use super::line::Line;
+use super::node::{LEAF, WIDTH};
+use fearless_simd::Simd;
+use std::ops::ControlFlow;
+
+/// What a query does with the crossings it is shown.
+pub(super) trait Visit {
+    /// True: near boxes come first, so that [`limit`](Self::limit) soon shrinks.
+    const ORDERED: bool;
+    /// Crossings beyond this distance change nothing any more.
+    fn limit(&self) -> f32;
+    /// One crossing, and the class of its triangle. Crossings come in no particular order; break ends the query.
+    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()>;
+}
+
+/// Shows `visit` all crossings of the line that its limit lets through.
+///
+/// The stack grows as it must: degenerate trees are deep. Entries are the bits of the entry distance, which for
+/// numbers ≥ 0 order like the distance, above the reference.
+#[inline(always)]
+pub(super) fn walk<S: Simd, V: Visit>(
+    simd: S,
+    tree: &Tree,
+    line: &Line,
+    stack: &mut Vec<u64>,
+    visit: &mut V,
+) {
+    stack.clear();
+    let mut current = tree.root;
+    loop {
+        if current & LEAF != 0 {
+            if visit_leaf(simd, &tree.blocks, (current & !LEAF) as usize, line, visit).is_break() {
+                return;
+            }
+        } else {
+            let node = &tree.nodes[current as usize];
+            let (mut met, enter) = node.enter(simd, line, visit.limit());
+            if met != 0 {
+                let entry =
+                    |lane: usize| u64::from(enter[lane].to_bits()) << 32 | u64::from(node.child[lane]);
+                let mut nearest = entry(met.trailing_zeros() as usize % WIDTH);
+                met &= met - 1;
+                let start = stack.len();
+                while met != 0 {
+                    let other = entry(met.trailing_zeros() as usize % WIDTH);
+                    met &= met - 1;
+                    if V::ORDERED {
+                        stack.push(nearest.max(other));
+                        nearest = nearest.min(other);
+                    } else {
+                        stack.push(other);
+                    }
+                }
+                if V::ORDERED {
+                    sort_descending(&mut stack[start..]);
+                }
+                current = nearest as u32;
+                continue;
+            }
+        }
+        loop {
+            let Some(entry) = stack.pop() else { return };
+            if f32::from_bits((entry >> 32) as u32) <= visit.limit() {
+                current = entry as u32;
+                break;
+            }
+        }
+    }
+}
+
+/// Insertion sort: there are at most seven.
+#[inline(always)]
+fn sort_descending(entries: &mut [u64]) {
+    for i in 1..entries.len() {
+        let mut j = i;
+        while j > 0 && entries[j - 1] < entries[j] {
+            entries.swap(j - 1, j);
+            j -= 1;
+        }
+    }
+}
