@@ -49,6 +49,7 @@ impl Tree {
         while let Some((from, to)) = open.pop() {
             for (lane, &child) in widen(&binary, from).iter().enumerate() {
                 let bounds = binary.nodes[child].aabb();
+                tree.nodes[to].used |= 1 << lane;
                 for axis in 0..3 {
                     tree.nodes[to].planes[2 * axis][lane] = bounds.min[axis];
                     tree.nodes[to].planes[2 * axis + 1][lane] = bounds.max[axis];

@@ -7,6 +7,7 @@
 //! triangles are wound.
 
 use super::line::Line;
+use glam::DVec3;
 
 /// Where a line crosses a triangle.
 pub(super) struct Crossing {
@@ -18,12 +19,12 @@ pub(super) struct Crossing {
     pub v: f64,
 }
 
-/// A corner in ray space: the ray is the z axis.
+/// A corner relative to the ray's origin, and where the line sees it: the ray is the z axis.
 #[derive(Clone, Copy)]
 struct Corner {
+    offset: DVec3,
     x: f64,
     y: f64,
-    z: f64,
 }
 
 /// Corners are given in the axis order of ray space: `corners[axis][corner]`.
@@ -31,7 +32,7 @@ struct Corner {
 pub(super) fn cross(line: &Line, corners: [[f32; 3]; 3]) -> Option<Crossing> {
     let place = |i: usize| {
         let [x, y, z] = [0, 1, 2].map(|axis| f64::from(corners[axis][i]) - f64::from(line.origin[axis]));
-        Corner { x: x - line.shear[0] * z, y: y - line.shear[1] * z, z }
+        Corner { offset: DVec3::new(x, y, z), x: x - line.shear[0] * z, y: y - line.shear[1] * z }
     };
     let [a, b, c] = [place(0), place(1), place(2)];
     let (weight_a, side_a) = edge(b, c)?;
@@ -40,9 +41,14 @@ pub(super) fn cross(line: &Line, corners: [[f32; 3]; 3]) -> Option<Crossing> {
     if side_a != side_b || side_b != side_c {
         return None;
     }
-    // All weights have one sign and not all are zero, so the sum is not zero, and t lies between the corners'.
+    // All weights have one sign and not all are zero, so the sum is not zero.
     let sum = weight_a + weight_b + weight_c;
-    let t = (weight_a * a.z + weight_b * b.z + weight_c * c.z) / (sum * line.depth);
+    // On which side of the plane the origin lies must not depend on the direction, or a grazing ray would meet the
+    // surface it starts on. So not the weighted mean of the corners' z, which says the same if not for rounding.
+    let height = a.offset.dot((b.offset - a.offset).cross(c.offset - a.offset));
+    let depths = [a, b, c].map(|corner| corner.offset.z / line.depth);
+    let [first, last] = [f64::min, f64::max].map(|pick| pick(pick(depths[0], depths[1]), depths[2]));
+    let t = (height / (sum * line.depth)).max(first).min(last);
     (t > 0.0 && t < line.t_max).then(|| Crossing { t, u: weight_b / sum, v: weight_c / sum })
 }
 

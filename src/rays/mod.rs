@@ -10,6 +10,8 @@ mod exact;
 mod leaf;
 mod line;
 mod node;
+#[cfg(test)]
+mod tests;
 mod visit;
 mod walk;
 

@@ -16,6 +16,8 @@ pub(super) struct Node {
     pub planes: [[f32; WIDTH]; 6],
     /// Node index, or leaf index | [`LEAF`].
     pub child: [u32; WIDTH],
+    /// A bit for each place in use: without it, a ray with a NaN would enter empty places and never end.
+    pub used: u32,
 }
 
 impl Node {
@@ -23,7 +25,7 @@ impl Node {
     pub const EMPTY: Self = {
         const MIN: [f32; WIDTH] = [f32::INFINITY; WIDTH];
         const MAX: [f32; WIDTH] = [f32::NEG_INFINITY; WIDTH];
-        Self { planes: [MIN, MAX, MIN, MAX, MIN, MAX], child: [0; WIDTH] }
+        Self { planes: [MIN, MAX, MIN, MAX, MIN, MAX], child: [0; WIDTH], used: 0 }
     };
 
     /// Which boxes the line meets before `limit` (a bit each), and at what distance it enters them.
@@ -40,6 +42,6 @@ impl Node {
         let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (slab(0), slab(1), slab(2));
         let enter = near_x.max(near_y).max(near_z.max(f32x8::simd_from(simd, 0.0)));
         let leave = far_x.min(far_y).min(far_z.min(f32x8::simd_from(simd, limit)));
-        (enter.simd_le(leave).to_bitmask() as u32, enter.to_array())
+        (enter.simd_le(leave).to_bitmask() as u32 & self.used, enter.to_array())
     }
 }
