@@ -35,10 +35,8 @@ impl Luminaires {
             total += f64::from(luminaire.power(radius).total());
             total
         });
-        let mut luminaires = Self {
-            cumulative: running.collect(),
-            pdf_area: vec![0.0; scene.mesh.triangles.len()],
-        };
+        let mut luminaires =
+            Self { cumulative: running.collect(), pdf_area: vec![0.0; scene.mesh.triangles.len()] };
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
             if let Luminaire::Triangle { triangle, area, .. } = *luminaire {
                 let probability = luminaires.probability(index);

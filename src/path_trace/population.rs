@@ -9,7 +9,7 @@ const KEPT_FOR_CERTAIN: f32 = 0.25;
 /// rarely have as many.
 const MANY: u32 = 1024;
 
-/// Branches of one sample after which a line has one child at most, so that even walks in supercritical matter end.
+/// Branches of one sample after which one line at a time is followed, so that even walks in supercritical matter end.
 const TOO_MANY: u32 = 16_384;
 
 /// Reflections after which a walk may end although its weight has not fallen.
@@ -42,22 +42,22 @@ impl Population {
         self.born += 1;
     }
 
-    /// Of the children of one line, `lines[first..]`, leaves one if there are too many branches already; it is chosen
-    /// in proportion to what it reads and then reads for all.
-    pub fn thin<const N: usize>(&self, lines: &mut Vec<Line<N>>, first: usize, numbers: &mut Numbers<'_>) {
-        if self.born < TOO_MANY || lines.len() <= first + 1 {
+    /// If there have been too many branches, leaves one of the lines yet to be followed; it is chosen in proportion to
+    /// what it reads and then reads for all.
+    pub fn thin<const N: usize>(&self, lines: &mut Vec<Line<N>>, numbers: &mut Numbers<'_>) {
+        if self.born < TOO_MANY || lines.len() < 2 {
             return;
         }
-        let sum: f32 = lines[first..].iter().map(|line| line.reads.total()).sum();
+        let sum: f32 = lines.iter().map(|line| line.reads.total()).sum();
         let mut rest = numbers.one() * sum;
-        let chosen = lines[first..].iter().position(|line| {
+        let chosen = lines.iter().position(|line| {
             rest -= line.reads.total();
             rest < 0.0
         });
         // Rounding may leave a rest after the last.
-        let mut line = lines[chosen.map_or(lines.len() - 1, |index| first + index)];
+        let mut line = lines[chosen.unwrap_or(lines.len() - 1)];
         line.reads = line.reads.scaled(sum / line.reads.total());
-        lines.truncate(first);
+        lines.clear();
         lines.push(line);
     }
 }

@@ -98,9 +98,8 @@ impl<'a> Walk<'a> {
         scratch.lines.push(camera);
         while let Some(line) = scratch.lines.pop() {
             reading.lines += 1;
-            let first_child = scratch.lines.len();
             self.follow(&line, &mut reading, &mut population, numbers, scratch);
-            population.thin(&mut scratch.lines, first_child, numbers);
+            population.thin(&mut scratch.lines, numbers);
         }
         reading
     }
