@@ -65,6 +65,9 @@ impl Luminaires {
             self.cumulative.partition_point(|running| *running <= u).min(self.cumulative.len() - 1)
         };
         let probability = self.probability(index) as f32;
+        if probability == 0.0 {
+            return None;
+        }
         match scene.luminaires[index] {
             Luminaire::Triangle { triangle, emission, .. } => {
                 let [u, v] = warp::triangle(numbers.next());

@@ -42,10 +42,15 @@ impl Population {
         self.born += 1;
     }
 
-    /// If there have been too many branches, leaves one of the lines yet to be followed; it is chosen in proportion to
-    /// what it reads and then reads for all.
+    /// If there have been too many branches, leaves one of the lines yet to be followed, chosen in proportion to what it
+    /// reads, to read for all; or none, with the same falling chance as that of a long walk.
     pub fn thin<const N: usize>(&self, lines: &mut Vec<Line<N>>, numbers: &mut Numbers<'_>) {
-        if self.born < TOO_MANY || lines.len() < 2 {
+        if self.born < TOO_MANY || lines.is_empty() {
+            return;
+        }
+        let endurance = endurance(LONG + self.born - TOO_MANY);
+        if numbers.one() >= endurance {
+            lines.clear();
             return;
         }
         let sum: f32 = lines.iter().map(|line| line.reads.total()).sum();
@@ -56,7 +61,7 @@ impl Population {
         });
         // Rounding may leave a rest after the last.
         let mut line = lines[chosen.unwrap_or(lines.len() - 1)];
-        line.reads = line.reads.scaled(sum / line.reads.total());
+        line.reads = line.reads.scaled(sum / (line.reads.total() * endurance));
         lines.clear();
         lines.push(line);
     }

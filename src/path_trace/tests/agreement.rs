@@ -59,6 +59,60 @@ fn strengths_agree_where_glass_refracts_and_lets_straight_through() {
 }
 
 #[test]
+fn strengths_agree_under_bent_normals() {
+    let mut scene = small_box(Illumination::Square { s: 0.8, t: 0.3 });
+    let mesh = &mut scene.mesh;
+    for (normal, position) in mesh.normals.iter_mut().zip(&mesh.positions) {
+        *normal = (*normal + 0.5 * position.normalize()).normalize();
+    }
+    scene.surfaces.iter_mut().for_each(|surface| surface.smooth = true);
+    assert_strengths_agree(&scene);
+}
+
+#[test]
+fn there_is_no_unit_of_length_or_of_light() {
+    let picture = |length: f32, light: f32| {
+        let mut scene = small_box(Illumination::Square { s: 0.6, t: 0.4 });
+        scene.mesh.positions.iter_mut().for_each(|position| *position *= length);
+        scene.camera.position *= length;
+        for material in &mut scene.materials {
+            material.emission = material.emission.map(|e| Emission { radiance: light * e.radiance, ..e });
+        }
+        for luminaire in &mut scene.luminaires {
+            if let Luminaire::Triangle { emission, area, .. } = luminaire {
+                emission.radiance = light * emission.radiance;
+                *area *= length * length;
+            }
+        }
+        trace_pass(&scene, &Rays::build(&scene), &settings(16, 4, Strength::NextEvent), 0)
+    };
+    let expected = picture(1.0, 1.0);
+    for exponent in [-30, 30] {
+        let scale = 2.0_f32.powi(exponent);
+        assert_eq!(picture(scale, 1.0), expected, "lengths times 2^{exponent}");
+        let bright = picture(1.0, scale);
+        assert!(bright.visible.iter().zip(&expected.visible).all(|(a, b)| *a == *b * scale));
+    }
+}
+
+#[test]
+fn no_light_is_black_and_not_a_number_less() {
+    let mut scene = small_box(Illumination::GLOBAL);
+    for luminaire in &mut scene.luminaires {
+        if let Luminaire::Triangle { emission, .. } = luminaire {
+            emission.radiance = Light::ZERO;
+        }
+    }
+    scene.materials.iter_mut().for_each(|material| material.emission = None);
+    let lit_by_nothing = scene.clone();
+    scene.luminaires.clear();
+    for scene in [scene, lit_by_nothing] {
+        let picture = trace_pass(&scene, &Rays::build(&scene), &settings(8, 4, Strength::NextEvent), 0);
+        assert!(picture.visible.iter().all(|pixel| *pixel == Vec3::ZERO));
+    }
+}
+
+#[test]
 fn the_picture_is_the_same_for_any_number_of_threads() {
     let scene = small_box(Illumination::SHADOWLESS);
     let rays = Rays::build(&scene);
