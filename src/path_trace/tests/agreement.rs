@@ -96,7 +96,7 @@ fn there_is_no_unit_of_length_or_of_light() {
 }
 
 #[test]
-fn no_light_is_black_and_not_a_number_less() {
+fn no_light_is_black() {
     let mut scene = small_box(Illumination::GLOBAL);
     for luminaire in &mut scene.luminaires {
         if let Luminaire::Triangle { emission, .. } = luminaire {
