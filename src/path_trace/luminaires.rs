@@ -1,0 +1,143 @@
+use super::numbers::Numbers;
+use crate::light::Light;
+use crate::rays::Ray;
+use crate::sampling::warp;
+use crate::scene::{Luminaire, Scene, SurfacePoint};
+use glam::Vec3;
+
+/// The luminaires that can be connected to; the default has none, which leaves finding them to chance.
+#[derive(Default)]
+pub(super) struct Luminaires {
+    /// Running sum of power, W; as long as the scene's list.
+    cumulative: Vec<f64>,
+    /// For each triangle of the mesh, the density (m⁻²) with which a connection ends at a point of it.
+    pdf_area: Vec<f32>,
+}
+
+/// A connection from a surface point to a luminaire, before anything is known about what lies between.
+pub(super) struct Connection {
+    /// Unit direction to the luminaire.
+    pub to: Vec3,
+    /// From the surface point to the luminaire, both ends left out.
+    pub segment: Ray,
+    /// Irradiance on a surface that faces the luminaire over the probability of this connection, W m⁻².
+    pub light: Light,
+    /// Density of `to` in solid angle; None where no other way leads to this luminaire.
+    pub pdf_solid_angle: Option<f32>,
+}
+
+impl Luminaires {
+    /// All luminaires of a scene, to be chosen in proportion to power.
+    pub fn new(scene: &Scene) -> Self {
+        let (_, radius) = scene.bounding_sphere();
+        let mut total = 0.0;
+        let running = scene.luminaires.iter().map(|luminaire| {
+            total += f64::from(luminaire.power(radius).total());
+            total
+        });
+        let mut luminaires =
+            Self { cumulative: running.collect(), pdf_area: vec![0.0; scene.mesh.triangles.len()] };
+        for (index, luminaire) in scene.luminaires.iter().enumerate() {
+            if let Luminaire::Triangle { triangle, area, .. } = *luminaire {
+                let probability = luminaires.probability(index);
+                if probability > 0.0 {
+                    luminaires.pdf_area[triangle as usize] = (probability / f64::from(area)) as f32;
+                }
+            }
+        }
+        luminaires
+    }
+
+    /// Density in solid angle with which a connection would have led along a line that meets `triangle` at distance
+    /// `t` and cosine `cos`; zero where none ever ends.
+    pub fn pdf_solid_angle(&self, triangle: u32, t: f32, cos: f32) -> f32 {
+        let pdf_area = self.pdf_area.get(triangle as usize).copied().unwrap_or(0.0);
+        if pdf_area == 0.0 { 0.0 } else { pdf_area * (t * t / cos) }
+    }
+
+    /// A connection from `at` to a random point of a random luminaire. None: dark from there.
+    pub fn connect(&self, scene: &Scene, at: &SurfacePoint, numbers: &mut Numbers<'_>) -> Option<Connection> {
+        let total = *self.cumulative.last()?;
+        let index = if self.cumulative.len() == 1 {
+            0
+        } else {
+            let u = numbers.fine() * total;
+            self.cumulative.partition_point(|running| *running <= u).min(self.cumulative.len() - 1)
+        };
+        let probability = self.probability(index) as f32;
+        if probability == 0.0 {
+            return None;
+        }
+        match scene.luminaires[index] {
+            Luminaire::Triangle { triangle, emission, .. } => {
+                let [u, v] = warp::triangle(numbers.next());
+                let end = scene.mesh.point(triangle, u, v, false);
+                let segment = between(at, end.position, |back| end.origin_towards(back));
+                let offset = end.position - at.position;
+                let distance2 = offset.length_squared();
+                let to = offset / distance2.sqrt();
+                let cos = -to.dot(end.normals.geometric);
+                if !(cos > 0.0 || emission.two_sided) {
+                    return None;
+                }
+                let pdf_solid_angle = self.pdf_area[triangle as usize] * (distance2 / cos.abs());
+                let light = (1.0 / pdf_solid_angle) * emission.radiance;
+                Some(Connection { to, segment, light, pdf_solid_angle: Some(pdf_solid_angle) })
+            }
+            Luminaire::Directional { direction, irradiance } => {
+                let to = -direction;
+                let segment = Ray { origin: at.origin_towards(to), direction: to, t_max: f32::INFINITY };
+                let light = (1.0 / probability) * irradiance;
+                Some(Connection { to, segment, light, pdf_solid_angle: None })
+            }
+            Luminaire::Point { position, .. }
+            | Luminaire::Spot { position, .. }
+            | Luminaire::Warn { position, .. } => {
+                let offset = position - at.position;
+                let distance = offset.length();
+                let to = offset / distance;
+                let irradiance = irradiance_from(&scene.luminaires[index], distance, -to);
+                let segment = between(at, position, |_| position);
+                let light = (1.0 / probability) * irradiance;
+                Some(Connection { to, segment, light, pdf_solid_angle: None })
+            }
+        }
+    }
+
+    /// Probability of choosing luminaire `index`.
+    fn probability(&self, index: usize) -> f64 {
+        let before = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
+        let total = self.cumulative[self.cumulative.len() - 1];
+        if total > 0.0 { (self.cumulative[index] - before) / total } else { 0.0 }
+    }
+}
+
+/// The segment from `at` to `end`, whose own starting point for a direction back is `end_towards`.
+fn between(at: &SurfacePoint, end: Vec3, end_towards: impl Fn(Vec3) -> Vec3) -> Ray {
+    let origin = at.origin_towards(end - at.position);
+    let offset = end_towards(at.position - end) - origin;
+    let t_max = offset.length();
+    Ray { origin, direction: offset / t_max, t_max }
+}
+
+/// Irradiance on a surface that faces a punctual luminaire at `distance`, in unit direction `out` from it; W m⁻².
+fn irradiance_from(luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
+    let square = distance * distance;
+    match *luminaire {
+        Luminaire::Point { intensity, .. } => (1.0 / square) * intensity, // paper eq. 2
+        Luminaire::Spot { direction, intensity, cone, .. } => {
+            (cone.profile(out.dot(direction)) / square) * intensity
+        }
+        Luminaire::Warn { direction, intensity, exponent, attenuation: [a0, a1, a2], .. } => {
+            // paper eq. 24; dark behind, where cosᵉ would be what OpenGL leaves out
+            let cos = out.dot(direction);
+            let angular = match exponent {
+                0.0 => 1.0,
+                _ if cos > 0.0 => cos.powf(exponent),
+                _ => 0.0,
+            };
+            (angular / (a0 + a1 * distance + a2 * square)) * intensity
+        }
+        Luminaire::Triangle { .. } | Luminaire::Directional { .. } => Light::ZERO,
+    }
+}

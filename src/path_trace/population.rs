@@ -1,0 +1,76 @@
+use super::numbers::Numbers;
+use super::walk::Line;
+
+/// A branch that reads this share of what the pixel reads is kept for certain; smaller ones are rouletted up to it.
+/// A quarter lets two or three reflections by before chance sets in: most of a picture's light.
+const KEPT_FOR_CERTAIN: f32 = 0.25;
+
+/// Branches of one sample after which the bar rises in proportion to their number. Walks in matter with k < 0.99
+/// rarely have as many.
+const MANY: u32 = 1024;
+
+/// Branches of one sample after which one line at a time is followed, so that even walks in supercritical matter end.
+const TOO_MANY: u32 = 16_384;
+
+/// Reflections after which a walk may end although its weight has not fallen.
+const LONG: u32 = 64;
+
+/// How many branches one camera sample has had, and who may live.
+///
+/// Where matter both scatters and lets light straight through, a walk is a tree. Its branches keep to equal weights,
+/// as those of a neutron transport code do, so that the number of branches, not their weight, follows the
+/// multiplication factor k. Every decision depends on the past only and is paid for by weight: no bias.
+pub(super) struct Population {
+    start: f32,
+    born: u32,
+}
+
+impl Population {
+    /// Of a sample whose rows start with this total.
+    pub fn new(start: f32) -> Self {
+        Self { start, born: 0 }
+    }
+
+    /// Probability with which a branch that reads `total` is to live.
+    pub fn survival(&self, total: f32) -> f32 {
+        let crowding = (self.born as f32 / MANY as f32).max(1.0);
+        (total / (self.start * KEPT_FOR_CERTAIN * crowding)).min(1.0)
+    }
+
+    /// Counts a branch.
+    pub fn grow(&mut self) {
+        self.born += 1;
+    }
+
+    /// If there have been too many branches, leaves one of the lines yet to be followed, chosen in proportion to what it
+    /// reads, to read for all; or none, with the same falling chance as that of a long walk.
+    pub fn thin<const N: usize>(&self, lines: &mut Vec<Line<N>>, numbers: &mut Numbers<'_>) {
+        if self.born < TOO_MANY || lines.is_empty() {
+            return;
+        }
+        let endurance = endurance(LONG + self.born - TOO_MANY);
+        if numbers.one() >= endurance {
+            lines.clear();
+            return;
+        }
+        let sum: f32 = lines.iter().map(|line| line.reads.total()).sum();
+        let mut rest = numbers.one() * sum;
+        let chosen = lines.iter().position(|line| {
+            rest -= line.reads.total();
+            rest < 0.0
+        });
+        // Rounding may leave a rest after the last.
+        let mut line = lines[chosen.unwrap_or(lines.len() - 1)];
+        line.reads = line.reads.scaled(sum / (line.reads.total() * endurance));
+        lines.clear();
+        lines.push(line);
+    }
+}
+
+/// Probability with which a walk goes on after `reflections`, whatever it reads: ((n−1)/n)² from n = [`LONG`] on.
+///
+/// The chance to get as far as n falls as n⁻²: the mean length stays below 2 × [`LONG`] even between lossless walls,
+/// and Σ n² k²ⁿ, which bounds the variance, is finite for every k < 1 (a constant probability would spoil k near 1).
+pub(super) fn endurance(reflections: u32) -> f32 {
+    if reflections < LONG { 1.0 } else { (1.0 - 1.0 / reflections as f32).powi(2) }
+}

@@ -1,0 +1,334 @@
+use super::luminaires::Luminaires;
+use super::numbers::Numbers;
+use super::population::{Population, endurance};
+use super::reads::Reads;
+use crate::light::Light;
+use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
+use crate::rays::{Hit, Ray, Rays};
+use crate::scene::{Scene, SurfacePoint};
+use glam::Vec3;
+use std::ops::AddAssign;
+
+/// What all walks of a pass have in common.
+pub(super) struct Walk<'a> {
+    pub scene: &'a Scene,
+    rays: &'a Rays,
+    luminaires: &'a Luminaires,
+    max_reflections: u32,
+    /// Some straight matrix has a nonzero first row: rows that read the invisible half may go through.
+    lets_invisible_through: bool,
+    /// Some straight matrix has a nonzero second row.
+    lets_visible_through: bool,
+}
+
+/// A straight line yet to be followed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line<const N: usize> {
+    origin: Vec3,
+    direction: Vec3,
+    pub reads: Reads<N>,
+    reflections: u32,
+    /// Product of the η² factors of refraction in `reads`, which say nothing about how much light is to be had.
+    compression: f32,
+    /// Density in solid angle with which the direction was chosen, None where a connection had no chance of it.
+    pdf_solid_angle: Option<f32>,
+}
+
+/// What one camera sample reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reading<const N: usize> {
+    /// For each row, W m⁻² sr⁻¹.
+    pub radiance: [Vec3; N],
+    /// The part without any reflection.
+    pub emitted: [Vec3; N],
+    /// Straight lines followed.
+    pub lines: u64,
+}
+
+/// Buffers of one thread; they carry nothing from sample to sample.
+#[derive(Default)]
+pub(super) struct Scratch<const N: usize> {
+    hits: Vec<Hit>,
+    lines: Vec<Line<N>>,
+}
+
+/// A surface that some row can read.
+struct Encounter<'a, const N: usize> {
+    at: SurfacePoint,
+    /// Unit, back along the line.
+    from: Vec3,
+    bsdf: &'a Bsdf,
+    /// Before this surface's matrix.
+    reads: Reads<N>,
+    line: &'a Line<N>,
+}
+
+impl<'a> Walk<'a> {
+    /// Walks in `scene` that end after `max_reflections`.
+    pub fn new(
+        scene: &'a Scene,
+        rays: &'a Rays,
+        luminaires: &'a Luminaires,
+        max_reflections: Option<u32>,
+    ) -> Self {
+        let straight = || scene.materials.iter().map(|material| material.bsdf.straight.rows());
+        Self {
+            scene,
+            rays,
+            luminaires,
+            max_reflections: max_reflections.unwrap_or(u32::MAX),
+            lets_invisible_through: straight().any(|rows| rows[0] != [0.0; 2]),
+            lets_visible_through: straight().any(|rows| rows[1] != [0.0; 2]),
+        }
+    }
+
+    /// What rows `start` read along the camera ray.
+    pub fn gather<const N: usize>(
+        &self,
+        start: Reads<N>,
+        origin: Vec3,
+        direction: Vec3,
+        numbers: &mut Numbers<'_>,
+        scratch: &mut Scratch<N>,
+    ) -> Reading<N> {
+        let mut reading = Reading::ZERO;
+        let mut population = Population::new(start.total());
+        let camera =
+            Line { origin, direction, reads: start, reflections: 0, compression: 1.0, pdf_solid_angle: None };
+        scratch.lines.push(camera);
+        while let Some(line) = scratch.lines.pop() {
+            reading.lines += 1;
+            self.follow(&line, &mut reading, &mut population, numbers, scratch);
+            population.thin(&mut scratch.lines, numbers);
+        }
+        reading
+    }
+
+    /// One line: reads emission and bears branches at each surface in order, as far as some row reads anything.
+    fn follow<const N: usize>(
+        &self,
+        line: &Line<N>,
+        reading: &mut Reading<N>,
+        population: &mut Population,
+        numbers: &mut Numbers<'_>,
+        scratch: &mut Scratch<N>,
+    ) {
+        self.cross(line, &mut scratch.hits);
+        let mut reads = line.reads;
+        for hit in &scratch.hits {
+            let surface = &self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize];
+            let material = &self.scene.materials[surface.material as usize];
+            let scatters = line.reflections < self.max_reflections
+                && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());
+            if scatters || material.emission.is_some() {
+                let at = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
+                let from = -line.direction;
+                if let Some(emission) = material.emission {
+                    let cos = from.dot(at.normals.geometric);
+                    if cos > 0.0 || emission.two_sided {
+                        let weight = self.chance_weight(line, hit, cos.abs());
+                        reading.add(reads.scaled(weight), emission.radiance, line.reflections);
+                    }
+                }
+                if scatters {
+                    let encounter = Encounter { at, from, bsdf: &material.bsdf, reads, line };
+                    let child = self.encounter(&encounter, reading, population, numbers);
+                    scratch.lines.extend(child);
+                }
+            }
+            reads = reads.through(material.bsdf.straight);
+            if reads.is_zero() {
+                break;
+            }
+        }
+    }
+
+    /// The surfaces along a line, in order, as far as its rows can see.
+    fn cross<const N: usize>(&self, line: &Line<N>, hits: &mut Vec<Hit>) {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let goes_through = (self.lets_invisible_through && line.reads.any_invisible())
+            || (self.lets_visible_through && line.reads.any_visible());
+        if goes_through {
+            self.rays.crossings(&ray, hits);
+        } else {
+            hits.clear();
+            hits.extend(self.rays.closest(&ray));
+        }
+    }
+
+    /// Weight of a luminaire that was found by chance at cosine `cos`.
+    fn chance_weight<const N: usize>(&self, line: &Line<N>, hit: &Hit, cos: f32) -> f32 {
+        line.pdf_solid_angle.map_or(1.0, |by_chance| {
+            power_heuristic(by_chance, self.luminaires.pdf_solid_angle(hit.triangle, hit.t, cos))
+        })
+    }
+
+    /// Scattering at one surface: a connection to a luminaire, and perhaps a branch.
+    fn encounter<const N: usize>(
+        &self,
+        encounter: &Encounter<'_, N>,
+        reading: &mut Reading<N>,
+        population: &mut Population,
+        numbers: &mut Numbers<'_>,
+    ) -> Option<Line<N>> {
+        let line = encounter.line;
+        let shares: f32 = encounter.bsdf.terms.iter().map(|term| encounter.share(term)).sum();
+        let survival = population.survival(shares / line.compression);
+        if survival == 0.0 || (survival < 1.0 && numbers.one() >= survival) {
+            return None;
+        }
+        let reads = encounter.reads.scaled(1.0 / survival);
+        self.connect(encounter, reads, shares, reading, numbers);
+
+        let endurance = endurance(line.reflections);
+        if endurance < 1.0 && numbers.one() >= endurance {
+            return None;
+        }
+        let (term, probability) = encounter.choose(shares, numbers)?;
+        let child = encounter.branch(term, reads, probability, endurance, numbers)?;
+        population.grow();
+        Some(child)
+    }
+
+    /// Next-event estimation: what a random luminaire sends here, through whatever lies between.
+    fn connect<const N: usize>(
+        &self,
+        encounter: &Encounter<'_, N>,
+        reads: Reads<N>,
+        shares: f32,
+        reading: &mut Reading<N>,
+        numbers: &mut Numbers<'_>,
+    ) {
+        if !encounter.bsdf.has_finite_lobe() {
+            return;
+        }
+        let Some(connection) = self.luminaires.connect(self.scene, &encounter.at, numbers) else { return };
+        let (normals, from, to) = (&encounter.at.normals, encounter.from, connection.to);
+        let cos = to.dot(normals.shading).abs();
+        let mut between = None;
+        for term in &encounter.bsdf.terms {
+            let value = term.lobe.eval(normals, from, to) * cos;
+            let reads = reads.through(term.coefficient).filtered(value);
+            if reads.is_zero() {
+                continue;
+            }
+            let weight = connection.pdf_solid_angle.map_or(1.0, |by_connection| {
+                let by_chance = encounter.share(term) / shares * term.lobe.pdf(normals, from, to);
+                power_heuristic(by_connection, by_chance)
+            });
+            let between = *between.get_or_insert_with(|| self.rays.transmittance(&connection.segment));
+            let reads = reads.through(between).scaled(weight);
+            reading.add(reads, connection.light, encounter.line.reflections + 1);
+        }
+    }
+}
+
+impl<const N: usize> Encounter<'_, N> {
+    /// A bound of how much a branch by `term` would read.
+    fn share(&self, term: &Term) -> f32 {
+        if term.lobe.responds(&self.at.normals, self.from) {
+            self.reads.through(term.coefficient).filtered(term.lobe.albedo()).total()
+        } else {
+            0.0
+        }
+    }
+
+    /// A term in proportion to its share of the sum `shares`, and its probability.
+    fn choose(&self, shares: f32, numbers: &mut Numbers<'_>) -> Option<(&Term, f32)> {
+        if let [only] = self.bsdf.terms.as_slice() {
+            return Some((only, 1.0));
+        }
+        let mut rest = numbers.one() * shares;
+        let mut chosen = None;
+        for term in &self.bsdf.terms {
+            let share = self.share(term);
+            if share > 0.0 {
+                chosen = Some((term, share / shares));
+                rest -= share;
+                if rest < 0.0 {
+                    break;
+                }
+            }
+        }
+        chosen
+    }
+
+    /// The line that `term` scatters into. None: absorbed.
+    fn branch(
+        &self,
+        term: &Term,
+        reads: Reads<N>,
+        probability: f32,
+        endurance: f32,
+        numbers: &mut Numbers<'_>,
+    ) -> Option<Line<N>> {
+        let normals = &self.at.normals;
+        let u = match term.lobe {
+            Lobe::Mirror(_) => [0.0; 3],
+            Lobe::Diffuse(_) => {
+                let [u, v] = numbers.next();
+                [u, v, 0.0]
+            }
+            _ if term.lobe.is_delta() => [0.0, 0.0, numbers.one()],
+            _ => numbers.next(),
+        };
+        let sample = term.lobe.sample(normals, self.from, Transport::Gathering, u)?;
+        let reads = reads.through(term.coefficient).filtered(sample.weight);
+        Some(Line {
+            origin: self.at.origin_towards(sample.to),
+            direction: sample.to,
+            reads: reads.scaled(1.0 / (probability * endurance)),
+            reflections: self.line.reflections + 1,
+            compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
+            pdf_solid_angle: (!term.lobe.is_delta()).then_some(probability * sample.pdf_solid_angle),
+        })
+    }
+}
+
+impl<const N: usize> Reading<N> {
+    /// Nothing read.
+    pub const ZERO: Self = Self { radiance: [Vec3::ZERO; N], emitted: [Vec3::ZERO; N], lines: 0 };
+
+    /// Reads `light` that was reflected so many times.
+    fn add(&mut self, reads: Reads<N>, light: Light, reflections: u32) {
+        for (row, value) in reads.of(light).into_iter().enumerate() {
+            self.radiance[row] += value;
+            if reflections == 0 {
+                self.emitted[row] += value;
+            }
+        }
+    }
+
+    /// The mean of `count` readings that were summed; lines are not averaged.
+    pub fn over(self, count: u32) -> Self {
+        let mean = |sum: Vec3| sum / count as f32;
+        Self { radiance: self.radiance.map(mean), emitted: self.emitted.map(mean), lines: self.lines }
+    }
+}
+
+impl<const N: usize> AddAssign for Reading<N> {
+    fn add_assign(&mut self, other: Self) {
+        for row in 0..N {
+            self.radiance[row] += other.radiance[row];
+            self.emitted[row] += other.emitted[row];
+        }
+        self.lines += other.lines;
+    }
+}
+
+/// By what refraction scales radiance on the way from `from` to `to`: η² of the side left over that of the side entered.
+fn compression(lobe: &Lobe, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
+    match lobe {
+        Lobe::Dielectric(glass) if normals.is_front(from) != normals.is_front(to) => {
+            if normals.is_front(from) { 1.0 / (glass.ior * glass.ior) } else { glass.ior * glass.ior }
+        }
+        _ => 1.0,
+    }
+}
+
+/// Weight of a way of density `own` > 0 beside another of density `other`: own² / (own² + other²), Veach 1997,
+/// eq. 9.13, written so that no square overflows before its ratio does.
+fn power_heuristic(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
