@@ -12,14 +12,14 @@
 //! let mut scene = Scene::load("builtin:cornell-spheres")?;
 //! scene.illuminate(Some(Illumination::SHADOWLESS), &[])?;
 //! let settings = Settings { width: 32, height: 32, paths: Some(4_000), ..Settings::default() };
-//! let mut render = Render::new(scene, settings, &[Layer::Visible, Layer::Error]);
+//! let mut render = Render::new(scene, settings, &[Layer::Visible, Layer::Error])?;
 //! while render.film().relative_error().is_none_or(|error| error > 0.3) {
 //!     render.pass();
 //! }
 //! # let folder = tempfile::tempdir().expect("a temporary folder");
 //! # let file = |name| folder.path().join(name);
 //! write_exr(&file("spheres.exr"), render.film(), &render.header())?;
-//! write_png(&file("spheres.png"), render.film(), 1.0)?;
+//! write_png(&file("spheres.png"), render.film(), 0.0)?;
 //! # Ok(())
 //! # }
 //! ```

@@ -65,15 +65,19 @@ impl<P: Power> PhotonMap<P> {
         self.photons.is_empty()
     }
 
-    /// The power (W) of all photons within `radius` (m) of `position` that arrived on the side of `normal`; divided
-    /// by π radius² this is irradiance. Sums are taken in the order of the tree.
-    pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32) -> P {
+    /// The power (W) of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no
+    /// more than `most_reflections`; divided by π radius² this is irradiance. Sums are taken in the order of the tree.
+    pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> P {
         let mut sum = P::default();
-        self.near(position, normal, radius, |photon| sum += photon.power);
+        self.near(position, normal, radius, |photon| {
+            if photon.reflections <= most_reflections {
+                sum += photon.power;
+            }
+        });
         sum
     }
 
-    /// How many photons [`flux`](Self::flux) sums.
+    /// How many photons [`flux`](Self::flux) meets.
     pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
         let mut count = 0;
         self.near(position, normal, radius, |_| count += 1);
@@ -85,7 +89,7 @@ impl<P: Power> PhotonMap<P> {
         tree.query(&turn(position)).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().visit(
             |near| {
                 let photon = &self.photons[near.item as usize];
-                if photon.normal.dot(normal) > SAME_SIDE_COSINE
+                if photon.cos_to(normal) > SAME_SIDE_COSINE
                     && (photon.position - position).dot(normal).abs() < PLANE_SHARE * radius
                 {
                     visit(photon);
@@ -142,7 +146,7 @@ mod tests {
     use crate::sampling::{Rng, Stream};
 
     fn photon(position: Vec3, normal: Vec3) -> Photon<Invisible> {
-        Photon { position, normal, power: Invisible(Vec3::ONE) }
+        Photon::new(position, normal, Invisible(Vec3::ONE), 1)
     }
 
     /// Photons on a floor, on a wall that meets it, and many in one point.
@@ -165,7 +169,7 @@ mod tests {
             let (p, r) = (Vec3::new(x, 0.0, z), 0.01 + 0.1 * rng.f32());
             // The rotation rounds: photons within 1e-5 of the rim may fall on either side of it.
             let within = |r: f32| {
-                photons.iter().filter(|q| q.normal == Vec3::Y && q.position.distance(p) <= r).count()
+                photons.iter().filter(|q| q.cos_to(Vec3::Y) > 0.9 && q.position.distance(p) <= r).count()
             };
             let found = map.count(p, Vec3::Y, r);
             assert!(
@@ -188,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_uniform_floor_has_uniform_flux() {
-        let photons: Vec<_> = corner().into_iter().filter(|photon| photon.normal == Vec3::Y).collect();
+        let photons: Vec<_> = corner().into_iter().filter(|photon| photon.cos_to(Vec3::Y) > 0.9).collect();
         let map = PhotonMap::build(photons);
         let r = 0.05_f32;
         let n = 100;
@@ -198,6 +202,7 @@ mod tests {
                     Vec3::new(0.1 + 0.8 * (i % 10) as f32 / 9.0, 0.0, 0.1 + 0.08 * (i / 10) as f32),
                     Vec3::Y,
                     r,
+                    u16::MAX,
                 )
                 .0
                 .x
@@ -211,7 +216,7 @@ mod tests {
     #[test]
     fn no_photons_no_light() {
         let map = PhotonMap::<Invisible>::build(Vec::new());
-        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0) == Invisible::default());
+        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0, 9) == Invisible::default());
     }
 
     #[test]

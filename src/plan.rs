@@ -18,11 +18,16 @@ pub struct Settings {
     pub paths: Option<u32>,
     /// Everything random follows from it.
     pub seed: u64,
-    /// Who serves direct light.
+    /// Who transports light.
+    pub method: Method,
+    /// Camera samples per pixel and pass of the path tracers; photons take one.
+    pub samples: u32,
+    /// Who serves direct light when photons transport the rest.
     pub direct: Direct,
     /// Also render the invisible half of every pixel.
     pub invisible: bool,
-    /// Truncates the series after this many reflections before the one that is seen; None: the whole series.
+    /// Truncates the series: no light that was reflected more often than this, the reflection towards the camera and
+    /// delta lobes included. None: the whole series.
     pub max_reflections: Option<u32>,
     /// First gather radius of caustics in pixel footprints.
     pub caustic_radius: f32,
@@ -30,6 +35,28 @@ pub struct Settings {
     pub indirect_radius: f32,
     /// Leave nothing out.
     pub keep_everything: bool,
+}
+
+/// Who transports light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Photons, photon maps and a final gather.
+    Photon,
+    /// The gathering path tracer with next-event estimation.
+    Path,
+    /// The gathering path tracer that finds luminaires by chance, as the paper's.
+    PathPlain,
+}
+
+impl Method {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photon => "photon",
+            Self::Path => "path",
+            Self::PathPlain => "path-plain",
+        }
+    }
 }
 
 /// Who serves light that comes straight from a luminaire.
@@ -48,6 +75,8 @@ impl Default for Settings {
             height: 512,
             paths: None,
             seed: 0,
+            method: Method::Photon,
+            samples: 1,
             direct: Direct::Connection,
             invisible: false,
             max_reflections: None,
@@ -90,7 +119,7 @@ pub struct PhotonPlan {
     /// Factor by which the unit of Russian roulette grows with each reflection; above 1 only where generations
     /// would multiply.
     pub growth: f32,
-    /// The series is cut after this many reflections before a deposit.
+    /// The series is cut after this many reflections before a deposit (one less than with the reflection that is seen).
     pub max_reflections: u32,
     /// True where a second column is read after emission: photons then carry both halves.
     pub both_halves: bool,
@@ -243,8 +272,19 @@ const PILOT_PATHS: u32 = 8_192;
 impl Plan {
     /// Looks at the scene once and decides.
     pub fn new(scene: Scene, settings: Settings) -> Self {
-        let flow = Flow::of(&scene, settings.invisible);
         let mut omissions = Vec::new();
+        if settings.method != Method::Photon {
+            let rays = Rays::build(&scene);
+            return Self {
+                scene,
+                rays,
+                settings,
+                photons: None,
+                visibility: Visibility::Transmittance,
+                omissions,
+            };
+        }
+        let flow = Flow::of(&scene, settings.invisible);
         let visibility = visibility(&scene, &flow, &settings, &mut omissions);
         let photons = photon_plan(&scene, &flow, &settings, &mut omissions);
         let rays = Rays::build(&scene);
@@ -318,8 +358,8 @@ fn photon_plan(
     };
     let classes = PhotonClasses {
         direct: settings.direct == Direct::Photons && flow.gathered.any(),
-        caustic: feeding(true) && settings.max_reflections != Some(0),
-        indirect: feeding(false) && settings.max_reflections != Some(0),
+        caustic: feeding(true) && settings.max_reflections.is_none_or(|most| most > 1),
+        indirect: feeding(false) && settings.max_reflections.is_none_or(|most| most > 1),
     };
     if classes.is_empty() {
         omissions.push(Omission {
@@ -377,7 +417,7 @@ fn photon_plan(
         deposits,
         keep: 1.0,
         growth: 1.0,
-        max_reflections: settings.max_reflections.unwrap_or(u32::MAX),
+        max_reflections: settings.max_reflections.map_or(u32::MAX, |most| most.saturating_sub(1)),
         both_halves,
     })
 }
@@ -386,9 +426,12 @@ impl Plan {
     /// What is done and what is left out, in one line.
     pub fn one_line(&self) -> String {
         let Settings { width, height, .. } = self.settings;
-        let photons = match &self.photons {
-            Some(photons) => format!("{} photon paths a pass", photons.paths),
-            None => "no photons".into(),
+        let photons = match (&self.photons, self.settings.method) {
+            (Some(photons), _) => format!("{} photon paths a pass", photons.paths),
+            (None, Method::Photon) => "no photons".into(),
+            (None, method) => {
+                format!("{}, {} samples a pixel and pass", method.name(), self.settings.samples)
+            }
         };
         let names: Vec<_> = self.omissions.iter().map(|omission| omission.name).collect();
         let omitted =

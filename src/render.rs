@@ -3,10 +3,12 @@
 //! A pass reads: shoot photons, build the maps, gather. Which kernels serve (one half or both on the way, one picture
 //! or two at the camera) is matched once per pass, outside all loops.
 
+use crate::error::{Error, Result};
 use crate::film::{Film, Header, Layer, PassImage};
 use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
-use crate::plan::{Plan, Settings};
+use crate::path_trace::{PathSettings, Rows, Strength, trace_pass, unreachable_luminaires};
+use crate::plan::{Method, Plan, Settings};
 use crate::scene::Scene;
 use crate::shoot::{Ledger, Photons, shoot};
 use glam::Vec3;
@@ -17,7 +19,7 @@ use glam::Vec3;
 /// # fn main() -> halflight::error::Result<()> {
 /// use halflight::{film::{Layer, write_exr, write_png}, plan::Settings, render::Render, scene::Scene};
 /// let scene = Scene::load("builtin:caustic-box")?;
-/// let mut render = Render::new(scene, Settings::default(), &[Layer::Visible, Layer::Error]);
+/// let mut render = Render::new(scene, Settings::default(), &[Layer::Visible, Layer::Error])?;
 /// while render.film().passes() < 16 {
 ///     render.pass();
 /// }
@@ -36,7 +38,11 @@ pub struct Render {
 
 impl Render {
     /// Plans the render; `layers` are those of the film ([`Layer::Visible`] is always among them).
-    pub fn new(scene: Scene, settings: Settings, layers: &[Layer]) -> Self {
+    ///
+    /// # Errors
+    /// A layer that the method does not make; luminaires that the method can never find.
+    pub fn new(scene: Scene, settings: Settings, layers: &[Layer]) -> Result<Self> {
+        check(&scene, &settings, layers)?;
         let begin = std::time::Instant::now();
         let mut layers = layers.to_vec();
         if !layers.contains(&Layer::Visible) {
@@ -46,7 +52,7 @@ impl Render {
         let film = Film::new(settings.width, settings.height, &layers);
         let plan = Plan::new(scene, settings);
         let connections = Connections::new(&plan.scene);
-        Self { plan, connections, film, stored: 0, seconds: begin.elapsed().as_secs_f64() }
+        Ok(Self { plan, connections, film, stored: 0, seconds: begin.elapsed().as_secs_f64() })
     }
 
     /// What is done and what is left out.
@@ -81,7 +87,7 @@ impl Render {
         let omitted: Vec<_> = omissions.iter().map(|omission| omission.name).collect();
         Header::new()
             .with("version", env!("CARGO_PKG_VERSION"))
-            .with("method", "photon")
+            .with("method", settings.method.name())
             .with("scene", scene.name.clone())
             .with("scene_hash", format!("{:016x}", scene.hash()))
             .with("illumination", scene.describe_illumination())
@@ -96,6 +102,11 @@ impl Render {
 
 /// One pass on its own: its planes, and how many photons it stored. A function of (plan, pass), whatever the threads.
 pub fn render_pass(plan: &Plan, connections: &Connections, pass: u32, planes: &[Layer]) -> (PassImage, u64) {
+    match plan.settings.method {
+        Method::Photon => {}
+        Method::Path => return (path_pass(plan, Strength::NextEvent, pass, planes), 0),
+        Method::PathPlain => return (path_pass(plan, Strength::Plain, pass, planes), 0),
+    }
     match (plan.photons.as_ref().is_some_and(|photons| photons.both_halves), plan.settings.invisible) {
         (false, false) => pass_with::<Invisible, 1>(plan, connections, pass, planes),
         (false, true) => pass_with::<Invisible, 2>(plan, connections, pass, planes),
@@ -117,6 +128,44 @@ fn pass_with<P: Power, const R: usize>(
     let Settings { width, height, .. } = plan.settings;
     let planes = planes.iter().map(|&layer| (layer, plane(&gathered, layer))).collect();
     (PassImage { width, height, planes }, stored)
+}
+
+fn path_pass(plan: &Plan, strength: Strength, pass: u32, planes: &[Layer]) -> PassImage {
+    let Settings { width, height, samples, seed, invisible, max_reflections, .. } = plan.settings;
+    let rows = if invisible { Rows::VisibleAndInvisible } else { Rows::Visible };
+    let settings =
+        PathSettings { width, height, samples_per_pixel: samples, seed, strength, rows, max_reflections };
+    let picture = trace_pass(&plan.scene, &plan.rays, &settings, pass);
+    let plane = |layer: Layer| match layer {
+        Layer::Visible => picture.visible.clone(),
+        Layer::Invisible => picture.invisible.clone().expect("traced when it is among the layers"),
+        Layer::Emitted => picture.emitted.clone(),
+        _ => unreachable!("layers were checked"),
+    };
+    let planes = planes.iter().map(|&layer| (layer, plane(layer))).collect();
+    PassImage { width, height, planes }
+}
+
+/// What the method cannot do.
+fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
+    if settings.method == Method::Photon {
+        return Ok(());
+    }
+    let makes =
+        |layer: &Layer| matches!(layer, Layer::Visible | Layer::Invisible | Layer::Emitted | Layer::Error);
+    if let Some(layer) = layers.iter().find(|layer| !makes(layer)) {
+        return Err(Error::Usage(format!(
+            "--layers {layer}: the path tracers make visible, invisible, emitted and error; use --method photon"
+        )));
+    }
+    let unreachable = unreachable_luminaires(scene).len();
+    if settings.method == Method::PathPlain && unreachable == scene.luminaires.len() {
+        return Err(Error::Usage(format!(
+            "--method path-plain: {} has only lights without extent, which it can never find; use --method path",
+            scene.name
+        )));
+    }
+    Ok(())
 }
 
 fn no_photons<P>() -> Photons<P> {

@@ -2,7 +2,7 @@ use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use crate::error::{Error, Result};
 use crate::film::{Layer, check_writable, write_exr, write_png};
-use crate::plan::{Direct, Settings};
+use crate::plan::{Direct, Method, Settings};
 use crate::render::Render;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -57,9 +57,19 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
     layers: Vec<String>,
 
-    /// Cut the series after so many reflections before the one that is seen.
+    /// Cut the series: no light that was reflected more than N times, the reflection towards the camera and mirrors
+    /// and glass included. 0 shows luminaires alone.
     #[arg(long, value_name = "N")]
     max_reflections: Option<u32>,
+
+    /// Who transports light: photons with a final gather; path, a gathering path tracer with connections to luminaires;
+    /// path-plain, one that finds them by chance, as the paper's.
+    #[arg(long, value_enum, default_value_t = MethodArg::Photon)]
+    method: MethodArg,
+
+    /// Camera samples per pixel and pass of the path tracers.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    samples: u32,
 
     /// Leave nothing out, needed or not.
     #[arg(long)]
@@ -72,6 +82,13 @@ pub struct RenderArgs {
     /// Print nothing but errors.
     #[arg(short, long)]
     quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodArg {
+    Photon,
+    Path,
+    PathPlain,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -109,7 +126,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     if !args.quiet {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
-    let mut render = Render::new(scene, settings(&args), &layers);
+    let mut render = Render::new(scene, settings(&args), &layers)?;
     let stop = stop_on_interrupt();
     let mut progress = Progress::new(args.quiet, &render, &args.limits());
     let mut next_write = begin.elapsed();
@@ -133,7 +150,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 
 fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
     write_exr(exr, render.film(), &render.header())?;
-    write_png(png, render.film(), exposure.exp2())?;
+    write_png(png, render.film(), exposure)?;
     Ok(())
 }
 
@@ -181,6 +198,12 @@ fn settings(args: &RenderArgs) -> Settings {
             DirectArg::Connection => Direct::Connection,
             DirectArg::Photons => Direct::Photons,
         },
+        method: match args.method {
+            MethodArg::Photon => Method::Photon,
+            MethodArg::Path => Method::Path,
+            MethodArg::PathPlain => Method::PathPlain,
+        },
+        samples: args.samples,
         max_reflections: args.max_reflections,
         keep_everything: args.keep_everything,
         ..Settings::default()

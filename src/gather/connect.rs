@@ -194,7 +194,8 @@ fn sample_spherical_triangle(corners: [DVec3; 3], u: [f32; 2]) -> Option<(DVec3,
     let angle = |x: DVec3, y: DVec3| (-x.dot(y)).clamp(-1.0, 1.0).acos();
     let (alpha, beta, gamma) = (angle(ab, ca), angle(bc, ab), angle(ca, bc));
     let sr = alpha + beta + gamma - PI;
-    if !(sr > SMALLEST_SOLID_ANGLE) {
+    // NaN where the eye lies in a corner's line.
+    if sr.is_nan() || sr <= SMALLEST_SOLID_ANGLE {
         return None;
     }
     let (u0, u1) = (f64::from(u[0]), f64::from(u[1]));

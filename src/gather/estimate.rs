@@ -34,15 +34,22 @@ impl<P: Power> Maps<P> {
         Self { by_class: photons.by_class.map(PhotonMap::build), radius: [wide, sharp, wide] }
     }
 
-    /// Irradiance (W m⁻²) by light of `class` that arrives on the side of `normal`; `footprint` is the side of what a
-    /// pixel covers there (m).
-    pub fn irradiance(&self, class: PathClass, point: &SurfacePoint, normal: Vec3, footprint: f32) -> P {
+    /// Irradiance (W m⁻²) by light of `class` that arrives on the side of `normal` after no more than
+    /// `most_reflections`; `footprint` is the side of what a pixel covers there (m).
+    pub fn irradiance(
+        &self,
+        class: PathClass,
+        point: &SurfacePoint,
+        normal: Vec3,
+        footprint: f32,
+        most_reflections: u16,
+    ) -> P {
         let map = &self.by_class[class as usize];
         if map.is_empty() {
             return P::default();
         }
         let radius = self.radius[class as usize] * footprint;
-        map.flux(point.position, normal, radius).scaled(1.0 / (PI * radius * radius))
+        map.flux(point.position, normal, radius, most_reflections).scaled(1.0 / (PI * radius * radius))
     }
 }
 

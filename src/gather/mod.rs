@@ -106,6 +106,19 @@ struct Line<const R: usize> {
     delta_chain: u32,
 }
 
+/// A point on a line of the camera path, and what is still read there.
+#[derive(Clone, Copy)]
+struct Here<'a, const R: usize> {
+    rows: &'a [Row; R],
+    bsdf: &'a Bsdf,
+    point: &'a SurfacePoint,
+    wo: Vec3,
+    /// Length of the camera path, m.
+    travelled: f32,
+    /// Reflections that light may have had before this surface.
+    most_reflections: u32,
+}
+
 struct Walk<'a, P, const R: usize> {
     plan: &'a Plan,
     connections: &'a Connections,
@@ -144,7 +157,9 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
             if pixel.depth == f32::INFINITY && line.delta_chain == 0 {
                 self.describe(pixel, hit, &point, wo, &material.bsdf);
             }
+            let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
             if let Some(emission) = material.emission
+                && line.delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 for (parts, row) in pixel.parts.iter_mut().zip(rows) {
@@ -152,11 +167,17 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
                 }
             }
             let travelled = line.travelled + hit.t;
-            if material.bsdf.has_finite_lobe() {
-                self.read_surface(&rows, &material.bsdf, &point, wo, travelled, pixel, rng);
-            }
-            if material.bsdf.has_delta_lobe() {
-                self.pass_on(&rows, &material.bsdf, &point, wo, travelled, line.delta_chain, rng);
+            if line.delta_chain < most {
+                let here = Here {
+                    rows: &rows,
+                    bsdf: &material.bsdf,
+                    point: &point,
+                    wo,
+                    travelled,
+                    most_reflections: most - line.delta_chain - 1,
+                };
+                self.read_surface(&here, pixel, rng);
+                self.pass_on(&here, line.delta_chain, rng);
             }
             rows = rows.map(|row| row * material.bsdf.straight);
             if rows.iter().all(|row| row.is_zero()) {
@@ -178,19 +199,10 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
     }
 
     /// Light that finite lobes send towards the camera.
-    #[allow(clippy::too_many_arguments)]
-    fn read_surface(
-        &self,
-        rows: &[Row; R],
-        bsdf: &Bsdf,
-        point: &SurfacePoint,
-        wo: Vec3,
-        travelled: f32,
-        pixel: &mut Pixel<R>,
-        rng: &mut Rng,
-    ) {
-        for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
-            let rows = rows.map(|row| row * term.coefficient);
+    fn read_surface(&self, here: &Here<'_, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
+        let Here { point, wo, .. } = *here;
+        for term in here.bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
+            let rows = here.rows.map(|row| row * term.coefficient);
             if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
                 continue;
             }
@@ -198,11 +210,12 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
                 self.connect(&rows, term, point, wo, pixel, rng);
             }
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
-            let footprint = self.plan.scene.camera.footprint(travelled, self.plan.settings.height);
+            let footprint = self.plan.scene.camera.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
+            let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let read = |class| -> [Vec3; R] {
-                let irradiance = self.maps.irradiance(class, point, normal, footprint).filtered(f);
+                let irradiance = self.maps.irradiance(class, point, normal, footprint, most).filtered(f);
                 rows.map(|row| irradiance.read(row))
             };
             let (direct, caustic, indirect) =
@@ -238,17 +251,11 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
     }
 
     /// The row goes on through delta lobes: of several, one is chosen in proportion to what it passes on.
-    #[allow(clippy::too_many_arguments)]
-    fn pass_on(
-        &mut self,
-        rows: &[Row; R],
-        bsdf: &Bsdf,
-        point: &SurfacePoint,
-        wo: Vec3,
-        travelled: f32,
-        delta_chain: u32,
-        rng: &mut Rng,
-    ) {
+    fn pass_on(&mut self, here: &Here<'_, R>, delta_chain: u32, rng: &mut Rng) {
+        let Here { rows, bsdf, point, wo, travelled, .. } = *here;
+        if !bsdf.has_delta_lobe() {
+            return;
+        }
         let strength = |term: &Term| -> f32 {
             if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
                 return 0.0;

@@ -141,9 +141,9 @@ mod tests {
     #[test]
     fn spot_samples_follow_the_profile() {
         let cone = SpotCone { cos_inner: 0.9, cos_outer: 0.6 };
-        let n = 100_000;
-        let mean =
-            (0..n).map(|i| f64::from(cone.sample_cos((i as f32 + 0.5) / n as f32))).sum::<f64>() / n as f64;
+        let n = 100_000_u32;
+        let mean = (0..n).map(|i| f64::from(cone.sample_cos((i as f32 + 0.5) / n as f32))).sum::<f64>()
+            / f64::from(n);
         // ∫ c p(c) dc / ∫ p(c) dc by Simpson's rule on each piece
         let simpson =
             |f: &dyn Fn(f64) -> f64, a: f64, b: f64| (b - a) / 6.0 * (f(a) + 4.0 * f(0.5 * (a + b)) + f(b));

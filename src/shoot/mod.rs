@@ -29,10 +29,25 @@ pub enum PathClass {
 pub struct Photon<P> {
     /// Where, scene space (m).
     pub position: Vec3,
-    /// Unit geometric normal there, on the side the light came from.
-    pub normal: Vec3,
     /// Power (W), times |wi·ns| / |wi·ng|. No direction is kept: the one finite lobe, Lambert's, does not ask for it.
     pub power: P,
+    /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
+    pub normal: [i8; 3],
+    /// Reflections since the luminaire; the last number stands for all above it.
+    pub reflections: u16,
+}
+
+impl<P> Photon<P> {
+    /// A photon on the side of the unit vector `normal`.
+    pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
+        let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
+        Self { position, power, normal, reflections: u16::try_from(reflections).unwrap_or(u16::MAX) }
+    }
+
+    /// The cosine between its normal and another, within about a hundredth.
+    pub fn cos_to(&self, normal: Vec3) -> f32 {
+        Vec3::from_array(self.normal.map(f32::from)).dot(normal) * (1.0 / 127.0)
+    }
 }
 
 /// All photons of one pass, by [`PathClass`], each in the order of their paths.
@@ -170,7 +185,6 @@ impl<'a, P: Power> Walk<'a, P> {
         let mut hits = std::mem::take(&mut self.hits);
         self.plan.rays.crossings(&ray, &mut hits);
         self.photons.ledger.lines += 1;
-        let from = -line.direction;
         let mut power = line.power;
         for hit in &hits {
             let material = self.plan.material_index(hit.triangle);
@@ -179,7 +193,7 @@ impl<'a, P: Power> Walk<'a, P> {
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[material] && self.photon_plan.classes.contains(line.class) {
-                self.deposit(&point, from, arriving, line.class, rng);
+                self.deposit(&line, &point, arriving, rng);
             }
             let sent_on = self.spawn(&line, bsdf, &point, arriving, unit, rng);
             let straight = power.through(bsdf.straight);
@@ -194,7 +208,8 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 
     /// Keeps the photon, if the side it came to is not dark; thinned where the plan bounds memory.
-    fn deposit(&mut self, point: &SurfacePoint, from: Vec3, power: P, class: PathClass, rng: &mut Rng) {
+    fn deposit(&mut self, line: &Line<P>, point: &SurfacePoint, power: P, rng: &mut Rng) {
+        let from = -line.direction;
         let normals = &point.normals;
         if !normals.same_side(from, from) {
             return;
@@ -206,7 +221,12 @@ impl<'a, P: Power> Walk<'a, P> {
         let normal = if normals.is_front(from) { normals.geometric } else { -normals.geometric };
         let power = power.scaled(normals.arrival(from) / keep);
         assert!(power.light().is_finite(), "a photon's power is not finite: {:?}", power.light());
-        self.photons.by_class[class as usize].push(Photon { position: point.position, normal, power });
+        self.photons.by_class[line.class as usize].push(Photon::new(
+            point.position,
+            normal,
+            power,
+            line.reflections,
+        ));
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
@@ -220,7 +240,7 @@ impl<'a, P: Power> Walk<'a, P> {
         rng: &mut Rng,
     ) -> f64 {
         if line.reflections >= self.photon_plan.max_reflections {
-            return 0.0;
+            return 0.0; // of the truncated series no more is wanted
         }
         let from = -line.direction;
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };

@@ -11,7 +11,8 @@ fn bits(threads: usize, settings: &Settings) -> Vec<[u32; 3]> {
     pool.install(|| {
         let scene = Scene::load("builtin:caustic-box").expect("built in");
         let mut render =
-            Render::new(scene, settings.clone(), &[Layer::Visible, Layer::Error, Layer::Invisible]);
+            Render::new(scene, settings.clone(), &[Layer::Visible, Layer::Error, Layer::Invisible])
+                .expect("a render");
         (0..3).for_each(|_| render.pass());
         let film = render.film();
         let layers = [Layer::Visible, Layer::Error, Layer::Invisible];

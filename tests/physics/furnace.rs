@@ -52,7 +52,7 @@ fn in_an_empty_convex_room_shadowless_is_global() {
     };
     let passes = |illumination, seed| -> Measured {
         let settings = Settings { seed, ..small(24, 24, 20_000) };
-        let mut render = Render::new(room(illumination), settings, &[Layer::Visible]);
+        let mut render = Render::new(room(illumination), settings, &[Layer::Visible]).expect("a render");
         for _ in 0..32 {
             render.pass();
         }

@@ -71,7 +71,8 @@ fn the_invisible_layer_reads_the_other_row() {
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     let intensity = Light::both(Vec3::splat(5.0));
     build.0.luminaires.push(Luminaire::Point { position: Vec3::new(0.0, 2.0, 0.0), intensity });
-    let mut render = Render::new(build.finish(), small(8, 8, 1000), &[Layer::Visible, Layer::Invisible]);
+    let mut render = Render::new(build.finish(), small(8, 8, 1000), &[Layer::Visible, Layer::Invisible])
+        .expect("a render");
     render.pass();
     let mean = |layer| {
         let plane = render.film().mean(layer);

@@ -12,11 +12,8 @@ const SIDE: usize = 96;
 fn picture(illumination: Illumination) -> Vec<Vec3> {
     let mut scene = Scene::load("builtin:cornell-spheres").expect("built in");
     scene.illuminate(Some(illumination), &[("*".into(), illumination)]).expect("no names");
-    let mut render = Render::new(
-        scene,
-        Settings { seed: 1, ..small(SIDE as u32, SIDE as u32, 60_000) },
-        &[Layer::Visible],
-    );
+    let settings = Settings { seed: 1, ..small(SIDE as u32, SIDE as u32, 60_000) };
+    let mut render = Render::new(scene, settings, &[Layer::Visible]).expect("a render");
     (0..16).for_each(|_| render.pass());
     render.film().mean(Layer::Visible)
 }

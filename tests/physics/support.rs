@@ -137,7 +137,7 @@ pub struct Measured {
 }
 
 pub fn measure(scene: Scene, settings: Settings, passes: u32) -> Measured {
-    let mut render = Render::new(scene, settings, &[Layer::Visible]);
+    let mut render = Render::new(scene, settings, &[Layer::Visible]).expect("a render");
     for _ in 0..passes {
         render.pass();
     }
