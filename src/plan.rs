@@ -265,7 +265,7 @@ fn fixed_point(mut halves: Halves, step: impl Fn(Halves) -> Halves) -> Halves {
 /// Paths per pass where nothing else speaks: one for each pixel of the default film.
 const DEFAULT_PATHS: u32 = 262_144;
 /// Deposits of one pass that are kept at the most; about 60 bytes each while the map is built.
-const MAX_DEPOSITS: f64 = 2.0e6;
+const MAX_DEPOSITS: f64 = 4.0e6;
 /// Paths of the pilot that counts deposits per path.
 const PILOT_PATHS: u32 = 8_192;
 

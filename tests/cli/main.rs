@@ -1,0 +1,18 @@
+//! The program as a user meets it: messages, exit codes, files.
+
+mod render;
+mod wrong;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs `halflight` in `folder` with arguments separated by blanks.
+fn halflight(folder: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_halflight"));
+    command.current_dir(folder).args(arguments.split_whitespace()).output().expect("the program starts")
+}
+
+/// What it said on standard error.
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}

@@ -1,0 +1,141 @@
+//! Renders from the command line: what is on disk afterwards.
+
+use crate::{halflight, said};
+use halflight::film::{Image, read_exr};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+fn picture(folder: &Path, name: &str) -> Image {
+    read_exr(&folder.join(name)).expect("a picture")
+}
+
+#[test]
+fn without_arguments_the_caustic_box_is_rendered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = halflight(folder.path(), "render --size 48x32 --passes 3");
+    assert!(output.status.success(), "{}", said(&output));
+    let image = picture(folder.path(), "halflight.exr");
+    assert_eq!((image.width, image.height), (48, 32));
+    assert!(image.layer("visible").expect("the picture").iter().any(|rgb| rgb.x > 0.0));
+    assert!(image.layer("error").is_some());
+    let fact = |name: &str| image.header.get(name).map(ToString::to_string);
+    assert_eq!(fact("scene").as_deref(), Some("builtin:caustic-box"));
+    assert_eq!(fact("passes").as_deref(), Some("3"));
+    assert_eq!(fact("seed").as_deref(), Some("0"));
+    assert_eq!(fact("illumination").as_deref(), Some("global"));
+    for name in ["version", "scene_hash", "photons", "seconds", "method"] {
+        assert!(fact(name).is_some(), "no {name} in the header");
+    }
+    assert!(folder.path().join("halflight.png").exists());
+}
+
+#[test]
+fn layers_add_up_to_the_picture() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output =
+        halflight(folder.path(), "render --size 40x40 --passes 2 --photons 20000 --layers all -o all.exr");
+    assert!(output.status.success(), "{}", said(&output));
+    let image = picture(folder.path(), "all.exr");
+    let layer = |name: &str| image.layer(name).unwrap_or_else(|| panic!("no {name} layer"));
+    for (i, whole) in layer("visible").iter().enumerate() {
+        let sum = ["emitted", "direct", "caustic", "indirect"]
+            .iter()
+            .map(|name| layer(name)[i])
+            .sum::<glam::Vec3>();
+        assert!(
+            (*whole - sum).abs().max_element() <= 1e-5 * whole.max_element().max(1e-3),
+            "{whole} against {sum}"
+        );
+    }
+    for name in ["invisible", "depth", "normal", "albedo", "error", "caustic"] {
+        assert!(layer(name).iter().any(|rgb| rgb.max_element() > 0.0), "the {name} layer is black");
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for threads in 1..=3 {
+        let arguments =
+            format!("render --size 40x40 --passes 2 --threads {threads} --seed 9 -o {threads}.exr");
+        assert!(halflight(folder.path(), &arguments).status.success());
+    }
+    let one = picture(folder.path(), "1.exr").layers;
+    assert!(picture(folder.path(), "2.exr").layers == one && picture(folder.path(), "3.exr").layers == one);
+}
+
+#[test]
+fn an_error_to_reach_ends_the_render_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |error: f64, name: &str| -> f64 {
+        let arguments = format!(
+            "render builtin:cornell-spheres --illumination local --size 32x32 --error {error} -o {name}"
+        );
+        assert!(halflight(folder.path(), &arguments).status.success());
+        let header = picture(folder.path(), name).header;
+        header.get("passes").and_then(halflight::film::Value::as_real).expect("passes")
+    };
+    let (coarse, fine) = (run(0.1, "a.exr"), run(0.05, "b.exr"));
+    // Half the error takes four times the passes.
+    assert!((2.5..=6.0).contains(&(fine / coarse)), "{coarse} passes, then {fine}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_writes_what_there_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_halflight"))
+        .current_dir(folder.path())
+        .args(["render", "--size", "64x64", "--time", "10m", "-o", "cut.exr"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let begin = Instant::now();
+    while !folder.path().join("cut.png").exists() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no first picture");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(killed.success());
+    let status = child.wait().expect("it ends");
+    assert!(status.success(), "{status}");
+    assert!(begin.elapsed() < Duration::from_secs(120), "it went on");
+    let passes = picture(folder.path(), "cut.exr").header.get("passes").map(ToString::to_string);
+    assert!(passes.is_some_and(|passes| passes != "0"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_render_leaves_the_last_good_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert!(halflight(folder.path(), "render --size 32x32 --passes 1 -o kept.exr").status.success());
+    let before = std::fs::read(folder.path().join("kept.exr")).expect("a file");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_halflight"))
+        .current_dir(folder.path())
+        .args(["render", "builtin:two-spheres", "--size", "2048x2048", "--time", "10m", "-o", "kept.exr"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(Duration::from_millis(300));
+    child.kill().expect("killed");
+    child.wait().expect("it ends");
+    let after = std::fs::read(folder.path().join("kept.exr")).expect("a file");
+    assert!(after == before || read_exr(&folder.path().join("kept.exr")).is_ok());
+}
+
+#[test]
+fn plan_says_what_is_left_out_and_why() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let told = |arguments: &str| {
+        let output = halflight(folder.path(), arguments);
+        assert!(output.status.success(), "{}", said(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let local = told("plan builtin:cornell-spheres --illumination local");
+    assert!(local.contains("photons:") && local.contains("visibility:"), "{local}");
+    let one_bounce = told("plan builtin:cornell-spheres --illumination one-bounce");
+    assert!(one_bounce.contains("photons:") && !one_bounce.contains("visibility:"), "{one_bounce}");
+    let global = told("plan builtin:cornell-spheres");
+    assert!(global.contains("caustic-photons:") && global.contains("visible-half:"), "{global}");
+}

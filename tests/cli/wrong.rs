@@ -1,0 +1,74 @@
+//! What users get wrong: one line that names the thing and the way out, exit code 2, nothing written.
+
+use crate::{halflight, said};
+use std::fs;
+
+/// Runs with `arguments`; the message must be one line with all of `words` in it.
+#[track_caller]
+fn must_refuse(arguments: &str, words: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("notes.glb"), "these are notes, not a scene").expect("written");
+    fs::write(folder.path().join("dark.gltf"), DARK).expect("written");
+    let before = fs::read_dir(folder.path()).expect("a folder").count();
+    let output = halflight(folder.path(), arguments);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{arguments}: {said}");
+    for word in words {
+        assert!(said.contains(word), "{arguments}: `{word}` is not in: {said}");
+    }
+    assert!(output.stdout.is_empty());
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), before, "{arguments} wrote something");
+}
+
+/// One triangle, nothing that shines.
+const DARK: &str = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"scene":0,"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
+#[test]
+fn scenes_that_are_none() {
+    must_refuse("render nowhere.glb", &["nowhere.glb"]);
+    must_refuse("render notes.glb", &["notes.glb"]);
+    must_refuse("render builtin:teapot", &["builtin:teapot", "caustic-box"]);
+    must_refuse("render dark.gltf", &["dark.gltf", "light"]);
+    must_refuse("plan nowhere.glb", &["nowhere.glb"]);
+}
+
+#[test]
+fn illuminations_that_are_none() {
+    must_refuse("render --illumination lokal", &["lokal", "local"]);
+    must_refuse("render --illumination 0.5,1.5", &["0.5,1.5", "0…1"]);
+    must_refuse("render --set Glas=global", &["Glas", "Glass"]);
+    must_refuse("render --set Glass", &["--set", "Glass"]);
+}
+
+#[test]
+fn places_that_cannot_be_written() {
+    must_refuse("render -o no/such/folder/x.exr", &["no/such/folder"]);
+    must_refuse("render -o x.png", &["x.png", ".exr"]);
+}
+
+#[test]
+fn settings_that_do_not_go_together() {
+    must_refuse("render --method path --layers caustic", &["caustic", "photon"]);
+    must_refuse("render builtin:concentric --method path-plain", &["path-plain", "path"]);
+    must_refuse("render --layers visible,depht", &["depht", "depth"]);
+}
+
+#[test]
+fn numbers_that_are_none() {
+    for (arguments, word) in [
+        ("render --size 0x10", "0x10"),
+        ("render --time soon", "soon"),
+        ("render --error 0", "`0`"),
+        ("render --passes 0", "0"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let output = halflight(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}");
+        assert!(said(&output).contains(word), "{arguments}: {}", said(&output));
+    }
+}
