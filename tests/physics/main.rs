@@ -2,6 +2,7 @@
 
 mod support;
 
+mod agreement;
 mod area_light;
 mod determinism;
 mod furnace;

@@ -1,0 +1,221 @@
+//! Shooting and gathering share no estimator; where they agree pixel by pixel, both are right.
+//!
+//! The bias of the finite gather radius is not given slack: it is linear in the first radius to leading order (at
+//! the rims of surfaces; elsewhere quadratic), whatever the schedule, so that 2 L(r/2) − L(r) is free of it.
+//!
+//! `HALFLIGHT_LONG=1 cargo test --release --test physics agreement` takes sixteen times the passes.
+
+use crate::support::{Build, diffuse, glow};
+use glam::Vec3;
+use halflight::film::{Film, Layer};
+use halflight::light::{Light, Matrix};
+use halflight::measure::{Estimate, agreement};
+use halflight::optics::{Dielectric, Lobe, Mirror};
+use halflight::plan::{Direct, Method, Settings};
+use halflight::render::Render;
+use halflight::scene::{Camera, Illumination, Luminaire, Matter, Projection, Scene};
+
+const SIDE: u32 = 20;
+
+fn effort() -> u32 {
+    if std::env::var_os("HALFLIGHT_LONG").is_some() { 16 } else { 1 }
+}
+
+fn film(scene: &Scene, settings: Settings, passes: u32) -> Film {
+    let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
+    (0..passes).for_each(|_| render.pass());
+    render.film().clone()
+}
+
+fn settings(seed: u64) -> Settings {
+    Settings { width: SIDE, height: SIDE, seed, ..Settings::default() }
+}
+
+/// Photons, extrapolated to radius zero.
+fn shot(scene: &Scene, direct: Direct) -> Estimate {
+    let at = |radius: f32, seed| {
+        let settings = Settings {
+            paths: Some(24_000),
+            direct,
+            caustic_radius: radius,
+            indirect_radius: radius,
+            ..settings(seed)
+        };
+        Estimate::from_film(&film(scene, settings, 80 * effort())).expect("several passes")
+    };
+    let (whole, half) = (at(0.5, 1), at(0.25, 2));
+    let error = |half: Vec3, whole: Vec3| (4.0 * half * half + whole * whole).map(f32::sqrt);
+    let ((whole_colour, whole_error), (half_colour, half_error)) =
+        (whole.colour.expect("from a film"), half.colour.expect("from a film"));
+    Estimate {
+        mean: half.mean.iter().zip(&whole.mean).map(|(half, whole)| 2.0 * half - whole).collect(),
+        standard_error: half
+            .standard_error
+            .iter()
+            .zip(&whole.standard_error)
+            .map(|(h, w)| error(*h, *w))
+            .collect(),
+        passes: half.passes,
+        colour: Some((
+            2.0 * half_colour - whole_colour,
+            (4.0 * half_error * half_error + whole_error * whole_error).map(f64::sqrt),
+        )),
+    }
+}
+
+fn traced(scene: &Scene) -> Estimate {
+    let settings = Settings { method: Method::Path, samples: 32, ..settings(3) };
+    Estimate::from_film(&film(scene, settings, 60 * effort())).expect("several passes")
+}
+
+fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
+    let colour = estimate.colour.map(|(mean, error)| (f64::from(factor) * mean, error));
+    Estimate { mean: estimate.mean.iter().map(|rgb| factor * *rgb).collect(), colour, ..estimate.clone() }
+}
+
+/// Both methods agree on `scene`; `tells`: their noise is so low that they disagree when one is off by 2 %.
+#[track_caller]
+fn must_agree(name: &str, scene: &Scene, direct: Direct) {
+    let (shot, traced) = (shot(scene, direct), traced(scene));
+    let verdict = agreement(&shot, &traced, None);
+    assert!(verdict.accepted(), "{name}: {verdict:?}");
+    assert!(traced.mean.iter().any(|rgb| rgb.max_element() > 0.0), "{name}: a black picture proves nothing");
+    for factor in [0.98, 1.02] {
+        let wrong = agreement(&scaled(&shot, factor), &traced, None);
+        assert!(!wrong.accepted(), "{name}: too noisy to tell {factor}: {wrong:?}");
+    }
+}
+
+fn cornell(illumination: Illumination) -> Scene {
+    let mut scene = Scene::load("builtin:cornell-spheres").expect("built in");
+    scene.illuminate(Some(illumination), &[]).expect("no names");
+    hide_lamps(&mut scene);
+    scene
+}
+
+/// A lamp seen by a few pixels would be all of their noise: lamps light the scene but are not seen.
+fn hide_lamps(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        if let Some(emission) = &mut material.emission {
+            emission.radiance.visible = Vec3::ZERO;
+        }
+    }
+    for luminaire in &mut scene.luminaires {
+        if let Luminaire::Triangle { emission, .. } = luminaire {
+            emission.radiance.visible = Vec3::ZERO;
+        }
+    }
+}
+
+#[test]
+fn at_the_corners_of_the_square() {
+    for illumination in
+        [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL]
+    {
+        must_agree(&illumination.describe(), &cornell(illumination), Direct::Connection);
+    }
+}
+
+#[test]
+fn inside_the_square() {
+    for (s, t) in [(0.5, 0.25), (0.8, 0.6)] {
+        let illumination = Illumination::Square { s, t };
+        must_agree(&illumination.describe(), &cornell(illumination), Direct::Connection);
+    }
+}
+
+#[test]
+fn when_photons_serve_direct_light_too() {
+    must_agree("direct photons", &cornell(Illumination::Square { s: 0.7, t: 0.3 }), Direct::Photons);
+}
+
+#[test]
+fn with_matrices_of_the_users_own() {
+    // Every entry is used: light changes halves to and fro.
+    let matter = Matter {
+        opaque: Matrix::new([[0.5, 0.2], [0.9, 0.4]]),
+        straight: Matrix::new([[0.3, 0.1], [0.05, 0.2]]),
+    };
+    must_agree("own matrices", &cornell(Illumination::Own(matter)), Direct::Connection);
+}
+
+/// A box with a mirror ball and a glass ball under a lamp so large that a path tracer finds it through glass.
+fn mixed(mirror: bool, glass: bool) -> Build {
+    let camera =
+        Camera::look_at(Vec3::new(0.0, 0.0, 3.4), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.6 });
+    let mut build = Build::new(Illumination::GLOBAL, camera);
+    let white = build.material("White", diffuse(0.6));
+    let lamp = build.material("Lamp", diffuse(0.3));
+    build.0.materials[lamp as usize].emission = glow(2.0);
+    for (axis, next, last) in
+        [(Vec3::X, Vec3::Y, Vec3::Z), (Vec3::Y, Vec3::Z, Vec3::X), (Vec3::Z, Vec3::X, Vec3::Y)]
+    {
+        let top = if axis == Vec3::Y { lamp } else { white };
+        if axis != Vec3::Z {
+            build.quad(axis - next - last, 2.0 * last, 2.0 * next, top);
+        }
+        build.quad(-axis - next - last, 2.0 * next, 2.0 * last, white);
+    }
+    if mirror {
+        let lobe = Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false });
+        let ball = build.material("Mirror", lobe);
+        build.sphere(Vec3::new(-0.45, -0.5, 0.0), 0.4, (48, 24), false, ball);
+    }
+    if glass {
+        let ball = build
+            .material("Glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::new(0.9, 1.0, 0.95) }));
+        build.sphere(Vec3::new(0.45, -0.45, 0.2), 0.4, (48, 24), false, ball);
+    }
+    build
+}
+
+#[test]
+fn with_mirrors_and_glass() {
+    must_agree("mirror", &mixed(true, false).finish(), Direct::Connection);
+    must_agree("glass", &mixed(false, true).finish(), Direct::Connection);
+    must_agree("both", &mixed(true, true).finish(), Direct::Connection);
+}
+
+#[test]
+fn with_mirrors_and_glass_between_the_corners() {
+    let mut scene = mixed(true, true).finish();
+    let inside = Illumination::Square { s: 0.5, t: 0.3 };
+    let set = [("Glass".to_owned(), Illumination::GLOBAL), ("Mirror".to_owned(), Illumination::Whitted)];
+    scene.illuminate(Some(inside), &set).expect("names of the scene");
+    // Visible light goes on in the whitted mirror: both halves are carried.
+    must_agree("whitted mirror", &scene, Direct::Connection);
+}
+
+#[test]
+fn with_many_lamps_of_every_kind() {
+    let mut build = mixed(false, false);
+    let white = |power: f32| Light::both(Vec3::splat(power));
+    build.0.materials[1].emission = glow(0.2);
+    for i in 0..24_u8 {
+        let angle = f32::from(i) * 0.7;
+        let position = Vec3::new(0.4 * angle.cos(), 0.4 - 0.035 * f32::from(i), 0.4 * angle.sin());
+        build.0.luminaires.push(match i % 3 {
+            0 => Luminaire::Point { position, intensity: white(0.05) },
+            1 => Luminaire::Spot {
+                position,
+                direction: -Vec3::Y,
+                intensity: white(0.2),
+                cone: halflight::scene::SpotCone { cos_inner: 0.9, cos_outer: 0.7 },
+            },
+            _ => Luminaire::Warn {
+                position,
+                direction: Vec3::new(0.6, -0.8, 0.0),
+                intensity: white(0.02),
+                exponent: 1.5,
+                attenuation: [0.3, 0.2, 0.5],
+            },
+        });
+    }
+    build.0.luminaires.push(Luminaire::Directional {
+        direction: Vec3::new(0.1, -0.3, -1.0).normalize(),
+        irradiance: white(0.3),
+    });
+    let mut scene = build.finish();
+    hide_lamps(&mut scene);
+    must_agree("many lamps", &scene, Direct::Connection);
+}
