@@ -170,7 +170,7 @@ fn rays(criterion: &mut Criterion) {
                     through.crossings(ray, &mut hits);
                     black_box(&hits);
                 }
-            })
+            });
         });
     }
 }

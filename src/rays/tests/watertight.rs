@@ -55,7 +55,7 @@ fn from_outside_a_closed_mesh_lines_cross_evenly() {
             let origin = offset + 5.0 * scale * direction(&mut rng);
             for aim in aims(&triangles, &mut rng) {
                 let hits = all(&rays, &half_line(origin, (aim - origin).normalize()));
-                assert!(hits.len() == 0 || hits.len() == 2, "mesh {number}: {hits:?}");
+                assert!(hits.is_empty() || hits.len() == 2, "mesh {number}: {hits:?}");
             }
         }
     }
