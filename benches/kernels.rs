@@ -134,26 +134,26 @@ fn rays(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(COUNT as u64));
     for (name, set) in [("primary", &sets.primary), ("diffuse", &sets.diffuse)] {
         group.bench_function(format!("closest/{name}"), |b| {
-            b.iter(|| set.iter().filter_map(|ray| ours.closest(ray)).map(|hit| hit.t).sum::<f32>())
+            b.iter(|| set.iter().filter_map(|ray| ours.closest(ray)).map(|hit| hit.t).sum::<f32>());
         });
         group.bench_function(format!("closest/{name}/obvhs RtTriangle"), |b| {
-            b.iter(|| set.iter().filter_map(|ray| theirs.closest(ray, RtTriangle::intersect)).sum::<f32>())
+            b.iter(|| set.iter().filter_map(|ray| theirs.closest(ray, RtTriangle::intersect)).sum::<f32>());
         });
         group.bench_function(format!("closest/{name}/obvhs Woop"), |b| {
-            b.iter(|| set.iter().filter_map(|ray| theirs.closest_woop(ray)).sum::<f32>())
+            b.iter(|| set.iter().filter_map(|ray| theirs.closest_woop(ray)).sum::<f32>());
         });
     }
     group.bench_function("occluded/shadow", |b| {
-        b.iter(|| sets.shadow.iter().filter(|ray| ours.occluded(ray)).count())
+        b.iter(|| sets.shadow.iter().filter(|ray| ours.occluded(ray)).count());
     });
     group.bench_function("occluded/shadow/obvhs RtTriangle", |b| {
-        b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded(ray)).count())
+        b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded(ray)).count());
     });
     group.bench_function("transmittance/shadow", |b| {
-        b.iter(|| sets.shadow.iter().map(|ray| through.transmittance(ray).inv_inv).sum::<f32>())
+        b.iter(|| sets.shadow.iter().map(|ray| through.transmittance(ray).inv_inv).sum::<f32>());
     });
     group.bench_function("transmittance/shadow/ordered", |b| {
-        b.iter(|| sets.shadow.iter().map(|ray| ordered.transmittance(ray).inv_inv).sum::<f32>())
+        b.iter(|| sets.shadow.iter().map(|ray| ordered.transmittance(ray).inv_inv).sum::<f32>());
     });
     // A blocker behind one or two clear spheres: 2.2 crossings in the mean.
     let mut hits = Vec::new();
@@ -170,7 +170,7 @@ fn rays(criterion: &mut Criterion) {
                     through.crossings(ray, &mut hits);
                     black_box(&hits);
                 }
-            })
+            });
         });
     }
 }

@@ -1,12 +1,12 @@
 use super::leaf::{Block, LANES};
-use super::node::{LEAF, Node, WIDTH};
+use super::node::{LEAF, Node};
+use super::widen::{Widening, primitives};
 use crate::scene::Mesh;
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
-use std::collections::HashMap;
+use rayon::prelude::*;
 use std::time::Duration;
 
 /// The tree that rays walk: eight boxes per node, triangles in blocks.
@@ -17,29 +17,36 @@ pub(super) struct Tree {
     pub root: u32,
     /// Largest absolute coordinate.
     pub magnitude: f32,
+    /// No walk has more to remember.
+    pub stack: usize,
 }
 
 impl Tree {
     /// `class`: of each triangle, kept in the blocks.
     pub fn build(mesh: &Mesh, class: impl Fn(u32) -> u32) -> Self {
         let groups = Groups::new(mesh);
-        let mut tree = Self { nodes: Vec::new(), blocks: Vec::new(), root: 0, magnitude: groups.magnitude };
+        let mut tree =
+            Self { nodes: Vec::new(), blocks: Vec::new(), root: 0, magnitude: groups.magnitude, stack: 0 };
         if groups.boxes.is_empty() {
             tree.nodes.push(Node::EMPTY);
             return tree;
         }
-        let binary = build_bvh2(&groups.boxes, BvhBuildParams::medium_build(), &mut Duration::default());
-        let leaf = |tree: &mut Self, index: usize| {
-            let node = &binary.nodes[index];
-            let slots = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            let triangles: Vec<_> = binary.primitive_indices[slots]
-                .iter()
-                .flat_map(|&group| groups.members(group))
-                .map(|&triangle| (triangle, class(triangle), mesh.corners(triangle)))
-                .collect();
+        // Leaves are formed by the widening, which knows what our blocks cost.
+        let preset = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+        let binary = build_bvh2(&groups.boxes, preset, &mut Duration::default());
+        let widening = Widening::new(&binary, |group| groups.members(group).len() as u32);
+        let leaf = |tree: &mut Self, node: usize| {
+            let mut triangles = Vec::new();
+            for node in widening.below(node).filter(|node| binary.nodes[*node].is_leaf()) {
+                for &group in primitives(&binary, node) {
+                    let members = groups.members(group).iter();
+                    triangles
+                        .extend(members.map(|&triangle| (triangle, class(triangle), mesh.corners(triangle))));
+                }
+            }
             tree.push_leaf(&triangles)
         };
-        if binary.nodes[0].is_leaf() {
+        if widening.is_leaf(0) {
             tree.root = leaf(&mut tree, 0);
             return tree;
         }
@@ -47,14 +54,14 @@ impl Tree {
         tree.nodes.push(Node::EMPTY);
         let mut open = vec![(0, 0)];
         while let Some((from, to)) = open.pop() {
-            for (lane, &child) in widen(&binary, from).iter().enumerate() {
+            for (lane, &child) in widening.children(from).iter().enumerate() {
                 let bounds = binary.nodes[child].aabb();
                 tree.nodes[to].used |= 1 << lane;
                 for axis in 0..3 {
                     tree.nodes[to].planes[2 * axis][lane] = bounds.min[axis];
                     tree.nodes[to].planes[2 * axis + 1][lane] = bounds.max[axis];
                 }
-                tree.nodes[to].child[lane] = if binary.nodes[child].is_leaf() {
+                tree.nodes[to].child[lane] = if widening.is_leaf(child) {
                     leaf(&mut tree, child)
                 } else {
                     open.push((child, tree.nodes.len()));
@@ -63,7 +70,20 @@ impl Tree {
                 };
             }
         }
+        tree.stack = tree.deepest_stack();
         tree
+    }
+
+    /// Siblings wait on every level. Children come after their parents, so this goes from the bottom up.
+    fn deepest_stack(&self) -> usize {
+        let mut need = vec![0; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            let count = node.used.count_ones() as usize;
+            let inner = node.child[..count].iter().filter(|child| **child & LEAF == 0);
+            need[i] = count - 1 + inner.map(|&child| need[child as usize]).max().unwrap_or(0);
+        }
+        // The walk writes one place ahead.
+        need[0] + 1
     }
 
     fn push_leaf(&mut self, triangles: &[(u32, u32, [Vec3; 3])]) -> u32 {
@@ -77,26 +97,6 @@ impl Tree {
         }
         first | LEAF
     }
-}
-
-/// The up to eight nodes below `node` that stand in for its two children: while there is room, the inner node with
-/// the largest surface is replaced by its own children.
-fn widen(binary: &Bvh2, node: usize) -> Vec<usize> {
-    let pair = |node: usize| {
-        let first = binary.nodes[node].first_index as usize;
-        [first, first + 1]
-    };
-    let mut children = Vec::with_capacity(WIDTH);
-    children.extend(pair(node));
-    while children.len() < WIDTH {
-        let surface = |&place: &usize| binary.nodes[children[place]].aabb().half_area();
-        let inner = (0..children.len()).filter(|&place| !binary.nodes[children[place]].is_leaf());
-        let Some(largest) = inner.max_by(|a, b| surface(a).total_cmp(&surface(b))) else { break };
-        let [left, right] = pair(children[largest]);
-        children[largest] = left;
-        children.insert(largest + 1, right);
-    }
-    children
 }
 
 /// Triangles by bounding box, each distinct box once.
@@ -113,38 +113,33 @@ struct Groups {
 
 impl Groups {
     fn new(mesh: &Mesh) -> Self {
-        let mut boxes = Vec::new();
-        let mut known = HashMap::with_capacity(mesh.triangles.len());
-        let mut magnitude = Vec3::ZERO;
-        let mut group_of = Vec::with_capacity(mesh.triangles.len());
-        for triangle in 0..mesh.triangles.len() as u32 {
+        let bounds = |triangle: u32| {
             let [a, b, c] = mesh.corners(triangle);
             assert!(
                 a.is_finite() && b.is_finite() && c.is_finite(),
                 "triangle {triangle} is not finite; the loader drops such"
             );
-            if a == b || b == c || c == a {
-                continue;
-            }
             // + 0 turns −0 into +0: one box, one key.
             let (min, max) = (a.min(b).min(c) + Vec3::ZERO, a.max(b).max(c) + Vec3::ZERO);
+            let collapsed = a == b || b == c || c == a;
+            (!collapsed).then_some((min, max))
+        };
+        let mut keyed: Vec<_> = (0..mesh.triangles.len() as u32)
+            .into_par_iter()
+            .filter_map(|triangle| {
+                let (min, max) = bounds(triangle)?;
+                Some(([min, max].map(|corner| corner.to_array().map(f32::to_bits)), triangle))
+            })
+            .collect();
+        keyed.par_sort_unstable();
+        let (mut boxes, mut starts, mut magnitude) = (Vec::new(), vec![0], Vec3::ZERO);
+        for group in keyed.chunk_by(|a, b| a.0 == b.0) {
+            let [min, max] = group[0].0.map(|corner| Vec3::from(corner.map(f32::from_bits)));
             magnitude = magnitude.max(min.abs()).max(max.abs());
-            let key = [min.to_array(), max.to_array()].map(|corner| corner.map(f32::to_bits));
-            let group = *known.entry(key).or_insert_with(|| {
-                boxes.push(Aabb::new(Vec3A::from(min), Vec3A::from(max)));
-                boxes.len() as u32 - 1
-            });
-            group_of.push((group, triangle));
+            boxes.push(Aabb::new(min.into(), max.into()));
+            starts.push(starts[starts.len() - 1] + group.len() as u32);
         }
-        group_of.sort_unstable();
-        let mut starts = vec![0; boxes.len() + 1];
-        for &(group, _) in &group_of {
-            starts[group as usize + 1] += 1;
-        }
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let triangles = group_of.into_iter().map(|(_, triangle)| triangle).collect();
+        let triangles = keyed.into_iter().map(|(_, triangle)| triangle).collect();
         Self { boxes, triangles, starts, magnitude: magnitude.max_element() }
     }
 

@@ -51,9 +51,9 @@ pub(super) fn cross(line: &Line, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
     // On which side of the plane the origin lies must not depend on the direction, or a grazing ray would meet the
     // surface it starts on. So not the weighted mean of the corners' z, which says the same if not for rounding.
     let height = a.offset.dot((b.offset - a.offset).cross(c.offset - a.offset));
-    let depth = 1.0 / line.depth;
-    let (a, b, c) = (a.offset.z * depth, b.offset.z * depth, c.offset.z * depth);
-    let t = (height / (sum * line.depth)).max(a.min(b).min(c)).min(a.max(b).max(c));
+    let (a, b, c) = (a.offset.z * line.depth, b.offset.z * line.depth, c.offset.z * line.depth);
+    // A triangle seen all but edge-on: not outside its corners.
+    let t = (height / sum * line.depth).max(a.min(b).min(c)).min(a.max(b).max(c));
     (t > 0.0 && t < line.t_max).then(|| Crossing { t, u: weight_b / sum, v: weight_c / sum })
 }
 

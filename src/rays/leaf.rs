@@ -3,13 +3,13 @@ use super::exact::cross;
 use super::line::{Line, ROUNDING};
 use super::walk::Visit;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x4};
+use fearless_simd::{Simd, f32x8};
 use glam::Vec3;
 use std::ops::ControlFlow;
 
 /// Triangles per block.
-pub(super) const LANES: usize = 4;
-type Lanes<S> = f32x4<S>;
+pub(super) const LANES: usize = 8;
+type Lanes<S> = f32x8<S>;
 
 /// A block of triangles. A leaf is a run of blocks.
 #[repr(C, align(64))]
@@ -41,9 +41,9 @@ impl Block {
             last,
         };
         for (lane, &(triangle, class, corners)) in triangles.iter().enumerate() {
-            for axis in 0..3 {
-                for corner in 0..3 {
-                    block.corners[axis][corner][lane] = corners[corner][axis];
+            for (axis, of_axis) in block.corners.iter_mut().enumerate() {
+                for (of_corner, corner) in of_axis.iter_mut().zip(corners) {
+                    of_corner[lane] = corner[axis];
                 }
             }
             let [a, b, c] = corners;

@@ -1,11 +1,12 @@
 use super::Ray;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3A};
 
 /// A ray with all that its walk through the tree needs, computed once.
 pub(super) struct Line {
-    /// Origin for the planes where the ray enters boxes: moved back, so that boxes are larger by the pad.
+    /// Origin × inverse direction for the planes where the ray enters boxes: moved back, so that boxes are larger
+    /// by the pad.
     pub near: [f32; 3],
-    /// Origin for the planes where it leaves them.
+    /// The same for the planes where it leaves them.
     pub far: [f32; 3],
     /// Inverse direction, finite and never zero.
     pub inverse: [f32; 3],
@@ -19,7 +20,7 @@ pub(super) struct Line {
     pub origin64: DVec3,
     /// Direction x/z and y/z; the f32 values are these, rounded.
     pub shear: [f64; 2],
-    /// Direction z.
+    /// 1 / direction z.
     pub depth: f64,
     /// No coordinate of the scene is farther from the origin than this.
     pub reach: f32,
@@ -27,9 +28,9 @@ pub(super) struct Line {
     pub t_max: f64,
 }
 
-/// Boxes grow by this × (largest coordinate of scene + of ray origin). In units of 2⁻²⁴ of that sum, a slab
-/// distance is wrong by 3 (difference, inverse, product), the moved origin by 1, and the t that prunes by 1
-/// (it was rounded to f32): 5, and 8 is the next power of two.
+/// Boxes grow by this × (largest coordinate of scene + of ray origin). In units of 2⁻²⁴ of that sum, a plane is off
+/// by 3 in `plane * inverse - origin * inverse` (two products, one inverse) and by 1 more in their difference, the
+/// moved origin by 1, and the t that prunes by 1 (it was rounded to f32): 6, and 8 is the next power of two.
 const PAD: f32 = 8.0 * ROUNDING;
 
 /// Relative error of one f32 operation.
@@ -43,38 +44,30 @@ impl Line {
     /// `magnitude`: the largest absolute coordinate of the scene.
     #[inline(always)]
     pub fn new(ray: &Ray, magnitude: f32) -> Self {
-        let origin = ray.origin.to_array();
-        let direction = ray.direction.to_array();
-        let steepness = ray.direction.abs();
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let steepness = direction.abs();
         let z = steepness.max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let reach = magnitude + ray.origin.abs().max_element();
-        let pad = PAD * reach;
-        let flattest = FLATTEST * steepness.max_element();
+        let reach = magnitude + origin.abs().max_element();
+        // −0.0 counts as positive: only the pair (side, sign of the inverse) must agree.
+        let backwards = direction.cmplt(Vec3A::ZERO);
+        let sign = Vec3A::select(backwards, Vec3A::NEG_ONE, Vec3A::ONE);
+        let inverse = sign / steepness.max(Vec3A::splat(FLATTEST * steepness.max_element()));
+        let pad = sign * (PAD * reach);
         let moved = axes.map(|axis| origin[axis]);
-        let mut line = Self {
-            near: [0.0; 3],
-            far: [0.0; 3],
-            inverse: [0.0; 3],
-            side: [0; 3],
+        let depth = 1.0 / f64::from(direction[z]);
+        Self {
+            near: ((origin + pad) * inverse).to_array(),
+            far: ((origin - pad) * inverse).to_array(),
+            inverse: inverse.to_array(),
+            side: [0, 1, 2].map(|axis| 2 * axis + usize::from(backwards.test(axis))),
             axes,
             origin: moved,
             origin64: Vec3::from(moved).as_dvec3(),
-            shear: [axes[0], axes[1]].map(|axis| f64::from(direction[axis]) / f64::from(direction[z])),
-            depth: f64::from(direction[z]),
+            shear: [axes[0], axes[1]].map(|axis| f64::from(direction[axis]) * depth),
+            depth,
             reach,
             t_max: f64::from(ray.t_max),
-        };
-        for axis in 0..3 {
-            // −0.0 counts as positive: only the pair (side, sign of the inverse) must agree.
-            let backwards = direction[axis] < 0.0;
-            let slope = direction[axis].abs().max(flattest);
-            let (slope, pad) = if backwards { (-slope, -pad) } else { (slope, pad) };
-            line.near[axis] = origin[axis] + pad;
-            line.far[axis] = origin[axis] - pad;
-            line.inverse[axis] = 1.0 / slope;
-            line.side[axis] = 2 * axis + usize::from(backwards);
         }
-        line
     }
 }

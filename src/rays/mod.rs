@@ -1,9 +1,9 @@
 //! Rays against the scene: closest hit, all hits in order, transmittance.
 //!
-//! obvhs builds the tree. It is walked here, eight boxes and four triangles at a time, because its own walk and
-//! triangle tests leak at edges. A line that meets an edge or a corner shared by triangles crosses exactly one of
-//! them; triangles without area are never hit; both faces of a triangle are hit. There is no distance in world units: scenes may be as
-//! small or large as f32 allows, and a hit is a hit if its t, computed in f64, is > 0.
+//! obvhs builds the tree. It is walked here, eight boxes or triangles at a time, because its own walk and triangle
+//! tests leak at edges. A line that meets an edge or a corner shared by triangles crosses exactly one of them;
+//! triangles without area are never hit, others from both sides. There is no distance in world units: scenes may be
+//! as small or large as f32 allows, and a hit is a hit if its t, computed in f64, is > 0.
 
 mod build;
 mod exact;
@@ -14,6 +14,7 @@ mod node;
 mod tests;
 mod visit;
 mod walk;
+mod widen;
 
 use crate::light::Matrix;
 use crate::scene::Scene;
@@ -123,15 +124,16 @@ impl Rays {
 
     /// The first triangle that the ray meets.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.query(ray, Closest { t_max: ray.t_max, best: None }).best
+        self.query(ray, Closest::new(ray.t_max)).finish()
     }
 
-    /// All triangles along the ray in order of (t, triangle), up to and including the first that lets nothing straight through.
+    /// All triangles along the ray in order of (t, triangle), up to and including the first that lets nothing
+    /// straight through.
     pub fn crossings(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
         match self.through {
             Through::Nothing => hits.extend(self.closest(ray)),
-            _ => self.query(ray, UpToBlocker { hits, end: (ray.t_max, u32::MAX) }).finish(),
+            _ => self.query(ray, UpToBlocker::new(ray.t_max, hits)).finish(),
         }
     }
 
@@ -140,7 +142,8 @@ impl Rays {
         self.query(ray, Any { t_max: ray.t_max, found: false }).found
     }
 
-    /// What light that travels the segment from its *far* end to its origin is multiplied by: the ordered product of the straight matrices.
+    /// What light that travels the segment from its *far* end to its origin is multiplied by: the ordered product of
+    /// the straight matrices.
     pub fn transmittance(&self, ray: &Ray) -> Matrix {
         let t_max = ray.t_max;
         let straight = &self.straight;
@@ -171,6 +174,9 @@ impl Rays {
 
     #[inline(always)]
     fn query_with<V: Visit>(&self, stack: &mut Vec<u64>, ray: &Ray, mut visit: V) -> V {
+        if stack.len() < self.tree.stack {
+            stack.resize(self.tree.stack, 0);
+        }
         let visit_ref = &mut visit;
         dispatch!(self.level, simd => {
             let line = Line::new(ray, self.tree.magnitude);

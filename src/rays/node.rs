@@ -46,7 +46,9 @@ impl Node {
         let inverse = f32x8::simd_from(simd, line.inverse[axis]);
         let near = f32x8::load_array_ref(simd, &self.planes[side]);
         let far = f32x8::load_array_ref(simd, &self.planes[side ^ 1]);
-        let near = (near - f32x8::simd_from(simd, line.near[axis])) * inverse;
-        (near, (far - f32x8::simd_from(simd, line.far[axis])) * inverse)
+        (
+            near.mul_sub(inverse, f32x8::simd_from(simd, line.near[axis])),
+            far.mul_sub(inverse, f32x8::simd_from(simd, line.far[axis])),
+        )
     }
 }

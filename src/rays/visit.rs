@@ -10,10 +10,23 @@ pub(super) fn order(hit: &Hit) -> (f32, u32) {
     (hit.t, hit.triangle)
 }
 
+/// No triangle; orders behind all.
+const NONE: u32 = u32::MAX;
+
 /// Keeps the first crossing.
 pub(super) struct Closest {
-    pub t_max: f32,
-    pub best: Option<Hit>,
+    best: Hit,
+    limit: f32,
+}
+
+impl Closest {
+    pub fn new(t_max: f32) -> Self {
+        Self { best: Hit { t: t_max, triangle: NONE, u: 0.0, v: 0.0 }, limit: t_max }
+    }
+
+    pub fn finish(self) -> Option<Hit> {
+        (self.best.triangle != NONE).then_some(self.best)
+    }
 }
 
 impl Visit for Closest {
@@ -21,13 +34,14 @@ impl Visit for Closest {
 
     #[inline(always)]
     fn limit(&self) -> f32 {
-        self.best.map_or(self.t_max, |hit| hit.t)
+        self.limit
     }
 
     #[inline(always)]
     fn hit(&mut self, hit: Hit, _class: u32) -> ControlFlow<()> {
-        if self.best.is_none_or(|best| order(&hit) < order(&best)) {
-            self.best = Some(hit);
+        if order(&hit) < order(&self.best) {
+            self.best = hit;
+            self.limit = hit.t;
         }
         ControlFlow::Continue(())
     }
@@ -35,9 +49,9 @@ impl Visit for Closest {
 
 /// Keeps all crossings up to the first blocker.
 pub(super) struct UpToBlocker<'a> {
-    pub hits: &'a mut Vec<Hit>,
-    /// Order of the first blocker so far; (`t_max`, `u32::MAX`) where there is none.
-    pub end: (f32, u32),
+    hits: &'a mut Vec<Hit>,
+    /// Order of the first blocker so far; (`t_max`, [`NONE`]) where there is none.
+    end: (f32, u32),
 }
 
 impl Visit for UpToBlocker<'_> {
@@ -60,7 +74,11 @@ impl Visit for UpToBlocker<'_> {
     }
 }
 
-impl UpToBlocker<'_> {
+impl<'a> UpToBlocker<'a> {
+    pub fn new(t_max: f32, hits: &'a mut Vec<Hit>) -> Self {
+        Self { hits, end: (t_max, NONE) }
+    }
+
     /// Sorts, and cuts what lies behind the blocker.
     pub fn finish(self) {
         self.hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));

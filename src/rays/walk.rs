@@ -18,17 +18,11 @@ pub(super) trait Visit {
 
 /// Shows `visit` all crossings of the line that its limit lets through.
 ///
-/// The stack grows as it must: degenerate trees are deep. Entries are the bits of the entry distance, which for
-/// numbers ≥ 0 order like the distance, above the reference.
+/// `stack` has room for `tree.stack` entries. An entry is the bits of the entry distance, which for numbers ≥ 0
+/// order like the distance, above the reference.
 #[inline(always)]
-pub(super) fn walk<S: Simd, V: Visit>(
-    simd: S,
-    tree: &Tree,
-    line: &Line,
-    stack: &mut Vec<u64>,
-    visit: &mut V,
-) {
-    stack.clear();
+pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: &mut [u64], visit: &mut V) {
+    let mut height = 0;
     let mut current = tree.root;
     loop {
         if current & LEAF != 0 {
@@ -41,26 +35,31 @@ pub(super) fn walk<S: Simd, V: Visit>(
             if met != 0 {
                 let mut nearest = entry(&enter, &node.child, met);
                 met &= met - 1;
-                let start = stack.len();
+                let base = height;
                 while met != 0 {
                     let other = entry(&enter, &node.child, met);
                     met &= met - 1;
                     if V::ORDERED {
-                        stack.push(nearest.max(other));
+                        stack[height] = nearest.max(other);
                         nearest = nearest.min(other);
                     } else {
-                        stack.push(other);
+                        stack[height] = other;
                     }
+                    height += 1;
                 }
-                if V::ORDERED {
-                    sort_descending(&mut stack[start..]);
+                if V::ORDERED && height - base > 1 {
+                    sort_descending(&mut stack[base..height]);
                 }
                 current = nearest as u32;
                 continue;
             }
         }
         loop {
-            let Some(entry) = stack.pop() else { return };
+            if height == 0 {
+                return;
+            }
+            height -= 1;
+            let entry = stack[height];
             if f32::from_bits((entry >> 32) as u32) <= visit.limit() {
                 current = entry as u32;
                 break;

@@ -69,7 +69,7 @@ fn random_soups_agree_with_brute_force() {
             assert_eq!(ids(&hits), expected.iter().map(|hit| hit.1).collect::<Vec<_>>(), "{ray:?}");
             for (hit, (t, _)) in hits.iter().zip(&expected) {
                 assert!((f64::from(hit.t) - t).abs() <= 1e-7 * t, "{} {t}", hit.t);
-                let [a, b, c] = soup[hit.triangle as usize].map(Vec3::as_dvec3);
+                let [a, b, c] = soup[hit.triangle as usize].map(DVec3::from);
                 let at = ray.origin.as_dvec3() + t * ray.direction.as_dvec3();
                 let (u, v) = (f64::from(hit.u), f64::from(hit.v));
                 assert!((a + u * (b - a) + v * (c - a) - at).length() < 1e-6);
