@@ -1,6 +1,7 @@
 //! Whole passes and their stages: `cargo bench --bench frames`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::Vec3;
 use halflight::film::Layer;
 use halflight::gather::{Connections, Maps, gather};
 use halflight::light::Invisible;
@@ -54,7 +55,11 @@ fn queries(c: &mut Criterion) {
     let plan = plan("caustic-box", None);
     let photon_plan = plan.photons.clone().expect("global illumination");
     let photons = shoot::<Invisible>(&plan, &photon_plan, 0).by_class[2].clone();
-    let places: Vec<_> = photons.iter().step_by(37).map(|photon| (photon.position, photon.normal)).collect();
+    let places: Vec<_> = photons
+        .iter()
+        .step_by(37)
+        .map(|photon| (photon.position, Vec3::from_array(photon.normal.map(f32::from)).normalize()))
+        .collect();
     let map = PhotonMap::build(photons);
     let count = |radius: f32| -> u64 { places.iter().map(|(p, n)| map.count(*p, *n, radius) as u64).sum() };
     let mut group = c.benchmark_group("radius query (photons gathered)");
@@ -62,7 +67,7 @@ fn queries(c: &mut Criterion) {
     for radius in [0.02_f32, 0.04, 0.08] {
         group.throughput(Throughput::Elements(count(radius)));
         group.bench_function(format!("radius {radius}"), |b| {
-            b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius, u16::MAX).0).sum::<glam::Vec3>());
+            b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius, u16::MAX).0).sum::<Vec3>());
         });
     }
     group.finish();
