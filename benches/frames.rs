@@ -67,7 +67,7 @@ fn queries(c: &mut Criterion) {
     for radius in [0.02_f32, 0.04, 0.08] {
         group.throughput(Throughput::Elements(count(radius)));
         group.bench_function(format!("radius {radius}"), |b| {
-            b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius, u16::MAX).0).sum::<Vec3>());
+            b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius, u16::MAX).whole.0).sum::<Vec3>());
         });
     }
     group.finish();

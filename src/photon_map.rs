@@ -17,6 +17,15 @@ pub struct PhotonMap<P> {
     photons: Vec<Photon<P>>,
 }
 
+/// Power (W) that arrived near a point; divided by the area of its disk, irradiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flux<P> {
+    /// Within the radius.
+    pub whole: P,
+    /// Within half of it, which is part of the whole.
+    pub inner: P,
+}
+
 /// A photon counts on its own side of a surface only: where its normal is within about 60° of that of the point.
 /// Any cosine in (0, 1) gives the same limit as the radius shrinks; this one keeps curved surfaces whole and tells the
 /// two walls of a corner apart.
@@ -65,26 +74,30 @@ impl<P: Power> PhotonMap<P> {
         self.photons.is_empty()
     }
 
-    /// The power (W) of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no
-    /// more than `most_reflections`; divided by π radius² this is irradiance. Sums are taken in the order of the tree.
-    pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> P {
-        let mut sum = P::default();
-        self.near(position, normal, radius, |photon| {
+    /// The power of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no more
+    /// than `most_reflections`. Sums are taken in the order of the tree.
+    pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> Flux<P> {
+        let mut flux = Flux::default();
+        let quarter = 0.25 * radius * radius;
+        self.near(position, normal, radius, |photon, distance_squared| {
             if photon.reflections <= most_reflections {
-                sum += photon.power;
+                flux.whole += photon.power;
+                if distance_squared <= quarter {
+                    flux.inner += photon.power;
+                }
             }
         });
-        sum
+        flux
     }
 
     /// How many photons [`flux`](Self::flux) meets.
     pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
         let mut count = 0;
-        self.near(position, normal, radius, |_| count += 1);
+        self.near(position, normal, radius, |_, _| count += 1);
         count
     }
 
-    fn near(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(&Photon<P>)) {
+    fn near(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(&Photon<P>, f32)) {
         let Some(tree) = &self.tree else { return };
         tree.query(&turn(position)).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().visit(
             |near| {
@@ -92,7 +105,7 @@ impl<P: Power> PhotonMap<P> {
                 if photon.cos_to(normal) > SAME_SIDE_COSINE
                     && (photon.position - position).dot(normal).abs() < PLANE_SHARE * radius
                 {
-                    visit(photon);
+                    visit(photon, near.distance);
                 }
             },
         );
@@ -204,6 +217,7 @@ mod tests {
                     r,
                     u16::MAX,
                 )
+                .whole
                 .0
                 .x
             })
@@ -216,7 +230,7 @@ mod tests {
     #[test]
     fn no_photons_no_light() {
         let map = PhotonMap::<Invisible>::build(Vec::new());
-        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0, 9) == Invisible::default());
+        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0, 9) == Flux::default());
     }
 
     #[test]

@@ -70,11 +70,17 @@ impl Render {
         self.stored
     }
 
+    /// How far the picture is from the truth, as far as it can tell. None below two passes.
+    pub fn error(&self) -> Option<ErrorEstimate> {
+        Some(ErrorEstimate { noise: self.film.relative_error()?, bias: self.film.relative_bias()? })
+    }
+
     /// Renders the next pass and adds it to the film.
     pub fn pass(&mut self) {
         let begin = std::time::Instant::now();
         let pass = self.film.passes();
-        let planes: Vec<Layer> = self.film.accumulated().collect();
+        let biased = self.plan.photons.is_some().then_some(Layer::Bias);
+        let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let (image, stored) = render_pass(&self.plan, &self.connections, pass, &planes);
         self.stored += stored;
         self.film.add(&image);
@@ -97,6 +103,23 @@ impl Render {
             .with("photons", self.stored.to_string())
             .with("omitted", omitted.join(" "))
             .with("seconds", self.seconds)
+    }
+}
+
+/// The error of a picture as the render itself sees it: roots of means over pixels and channels, relative to
+/// √(mean² + 0.01²), so that `total²` estimates relMSE.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorEstimate {
+    /// Standard error of the mean over passes.
+    pub noise: f64,
+    /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it.
+    pub bias: f64,
+}
+
+impl ErrorEstimate {
+    /// Both together.
+    pub fn total(self) -> f64 {
+        self.noise.hypot(self.bias)
     }
 }
 
@@ -184,6 +207,7 @@ fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {
         Layer::Depth => each(|pixel| Vec3::new(pixel.depth, 0.0, 0.0)),
         Layer::Normal => each(|pixel| pixel.normal),
         Layer::Albedo => each(|pixel| pixel.albedo),
+        Layer::Bias => each(|pixel| pixel.bias),
         Layer::Error => unreachable!("the error is derived from the passes"),
     }
 }

@@ -1,7 +1,7 @@
 //! What a user sees while a render runs: a bar on a terminal, quiet lines in a log.
 
 use super::render::Limits;
-use crate::render::Render;
+use crate::render::{ErrorEstimate, Render};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::Path;
@@ -42,7 +42,7 @@ impl Progress {
         Self { out, limits: *limits, paths, next_line: Duration::ZERO }
     }
 
-    pub fn show(&mut self, render: &Render, elapsed: Duration, error: Option<f64>) {
+    pub fn show(&mut self, render: &Render, elapsed: Duration, error: Option<ErrorEstimate>) {
         let passes = render.film().passes();
         let done = self.fraction_done(passes, elapsed, error);
         match &self.out {
@@ -65,25 +65,25 @@ impl Progress {
             bar.finish_and_clear();
         }
         if !matches!(self.out, Out::Quiet) {
-            let error = render.film().relative_error();
+            let error = render.error();
             eprintln!("{}", self.line(render.film().passes(), elapsed, error, 1.0));
             eprintln!("wrote {} and {}", exr.display(), png.display());
         }
     }
 
     /// How far the nearest limit has come; the error falls as the square root of time.
-    fn fraction_done(&self, passes: u32, elapsed: Duration, error: Option<f64>) -> f64 {
+    fn fraction_done(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>) -> f64 {
         let by_passes = self.limits.passes.map_or(0.0, |limit| f64::from(passes) / f64::from(limit));
         let by_time = self.limits.time.map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
-        let by_error = self.limits.error.zip(error).map_or(0.0, |(limit, error)| (limit / error).powi(2));
+        let by_error =
+            self.limits.error.zip(error).map_or(0.0, |(limit, error)| (limit / error.total()).powi(2));
         by_passes.max(by_time).max(by_error).min(1.0)
     }
 
-    fn line(&self, passes: u32, elapsed: Duration, error: Option<f64>, done: f64) -> String {
+    fn line(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>, done: f64) -> String {
         let seconds = elapsed.as_secs_f64();
         let rate = self.paths as f64 * f64::from(passes) / seconds / 1e6;
-        let error =
-            error.map_or("error not known yet".into(), |error| format!("error {:.2} %", 100.0 * error));
+        let error = error.map_or("error not known yet".into(), describe);
         let photons = if self.paths > 0 { format!("{rate:.2} M photon paths/s, ") } else { String::new() };
         let left = if done > 0.0 && done < 1.0 {
             format!(", {} left", HumanDuration(elapsed.mul_f64((1.0 - done) / done)))
@@ -92,5 +92,19 @@ impl Progress {
         };
         let plural = if passes == 1 { "" } else { "es" };
         format!("{passes} pass{plural}, {seconds:.1} s, {photons}{error}{left}")
+    }
+}
+
+fn describe(error: ErrorEstimate) -> String {
+    let ErrorEstimate { noise, bias } = error;
+    if bias > 0.0 {
+        format!(
+            "error {:.2} % (noise {:.2} %, bias {:.2} %)",
+            100.0 * error.total(),
+            100.0 * noise,
+            100.0 * bias
+        )
+    } else {
+        format!("error {:.2} %", 100.0 * noise)
     }
 }

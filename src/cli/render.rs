@@ -3,7 +3,7 @@ use super::scene_args::SceneArgs;
 use crate::error::{Error, Result};
 use crate::film::{Layer, check_writable, write_exr, write_png};
 use crate::plan::{Direct, Method, Settings};
-use crate::render::Render;
+use crate::render::{ErrorEstimate, Render};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -32,7 +32,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
 
-    /// Stop when the relative standard error of the picture, root of the mean square over pixels, is below this.
+    /// Stop when the relative error of the picture is below this: standard error and estimated bias together, root of
+    /// the mean square over pixels.
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     error: Option<f64>,
 
@@ -52,7 +53,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 
-    /// Layers of the EXR file, comma-separated: visible, invisible, error, emitted, direct, caustic, indirect, depth,
+    /// Layers of the EXR file, comma-separated: visible, invisible, error, bias, emitted, direct, caustic, indirect, depth,
     /// normal, albedo; or `all`.
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
     layers: Vec<String>,
@@ -133,7 +134,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     loop {
         render.pass();
         let elapsed = begin.elapsed();
-        let error = render.film().relative_error();
+        let error = render.error();
         progress.show(&render, elapsed, error);
         if stop.load(Ordering::Relaxed) || args.limits().reached(render.film().passes(), elapsed, error) {
             break;
@@ -161,7 +162,7 @@ pub struct Limits {
     pub passes: Option<u32>,
     /// So much time.
     pub time: Option<Duration>,
-    /// Relative standard error below this.
+    /// Relative error below this.
     pub error: Option<f64>,
 }
 
@@ -169,11 +170,11 @@ pub struct Limits {
 const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
 
 impl Limits {
-    fn reached(&self, passes: u32, elapsed: Duration, error: Option<f64>) -> bool {
+    fn reached(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>) -> bool {
         self.passes.is_some_and(|limit| passes >= limit)
             || self.time.is_some_and(|limit| elapsed >= limit)
             || (passes >= FEWEST_PASSES_FOR_AN_ERROR
-                && self.error.zip(error).is_some_and(|(limit, error)| error <= limit))
+                && self.error.zip(error).is_some_and(|(limit, error)| error.total() <= limit))
     }
 }
 

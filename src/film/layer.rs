@@ -13,6 +13,8 @@ pub enum Layer {
     Invisible,
     /// The standard error of the mean of [`Layer::Visible`]: derived from the passes, never passed in.
     Error,
+    /// An estimate of what the finite gather radius adds to (or takes from) [`Layer::Visible`].
+    Bias,
     /// The part of the picture that comes straight from luminaires.
     Emitted,
     /// The part that met one surface between luminaire and camera.
@@ -31,10 +33,11 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer, in the order of the enum.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Visible,
         Self::Invisible,
         Self::Error,
+        Self::Bias,
         Self::Emitted,
         Self::Direct,
         Self::Caustic,
@@ -50,6 +53,7 @@ impl Layer {
             Self::Visible => "visible",
             Self::Invisible => "invisible",
             Self::Error => "error",
+            Self::Bias => "bias",
             Self::Emitted => "emitted",
             Self::Direct => "direct",
             Self::Caustic => "caustic",

@@ -31,6 +31,9 @@ pub struct Film {
     /// Sum of squared deviations from the running mean of `Visible` (Welford), so that nothing is lost to
     /// cancellation when the spread is small beside the mean.
     spread: Vec<DVec3>,
+    /// Sums of [`Layer::Bias`] over even and over odd passes: the product of two independent estimates is free of the
+    /// noise that their square would add up.
+    bias: [Vec<DVec3>; 2],
     /// The same two for the average colour of each pass. Pixels of one pass share photons, so this spread cannot
     /// be had from that of the pixels.
     colour_sum: DVec3,
@@ -48,13 +51,14 @@ impl Film {
             }
         }
         let pixels = width as usize * height as usize;
-        let accumulated = all.iter().filter(|&&layer| layer != Layer::Error);
+        let accumulated = all.iter().filter(|&&layer| !matches!(layer, Layer::Error | Layer::Bias));
         Self {
             width,
             height,
             passes: 0,
             sums: accumulated.map(|&layer| (layer, vec![DVec3::ZERO; pixels])).collect(),
             spread: vec![DVec3::ZERO; pixels],
+            bias: [vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]],
             colour_sum: DVec3::ZERO,
             colour_spread: DVec3::ZERO,
             layers: all,
@@ -76,7 +80,7 @@ impl Film {
         &self.layers
     }
 
-    /// The layers a [`PassImage`] must bring: all but `Error`.
+    /// The layers a [`PassImage`] must bring: all but `Error`, and `Bias`, which it may bring.
     pub fn accumulated(&self) -> impl Iterator<Item = Layer> + '_ {
         self.sums.iter().map(|(layer, _)| *layer)
     }
@@ -114,6 +118,10 @@ impl Film {
                 });
             }
         }
+        if let Some((_, plane)) = pass.planes.iter().find(|(layer, _)| *layer == Layer::Bias) {
+            let sums = &mut self.bias[self.passes as usize % 2];
+            sums.par_iter_mut().zip(plane).for_each(|(sum, value)| *sum += value.as_dvec3());
+        }
         self.passes += 1;
     }
 
@@ -125,6 +133,11 @@ impl Film {
     pub fn mean(&self, layer: Layer) -> Vec<Vec3> {
         if layer == Layer::Error {
             return self.standard_error();
+        }
+        if layer == Layer::Bias {
+            let passes = f64::from(self.passes.max(1));
+            let sums = self.bias[0].par_iter().zip(&self.bias[1]);
+            return sums.map(|(even, odd)| ((even + odd) / passes).as_vec3()).collect();
         }
         let sums = self.sums.iter().find(|(l, _)| *l == layer).map(|(_, sums)| sums);
         let sums = sums.unwrap_or_else(|| panic!("a film without its {layer} layer"));
@@ -166,6 +179,26 @@ impl Film {
         Some((rows.iter().sum::<f64>() / (3.0 * self.spread.len() as f64)).sqrt())
     }
 
+    /// The estimated bias on the scale of [`relative_error`](Self::relative_error): the root of the mean over pixels and
+    /// channels of bias² / (mean² + 0.01²). Zero where noise hides it. None below two passes.
+    pub fn relative_bias(&self) -> Option<f64> {
+        if self.passes < 2 {
+            return None;
+        }
+        let passes = f64::from(self.passes);
+        let (even, odd) = (f64::from(self.passes.div_ceil(2)), f64::from(self.passes / 2));
+        let sum: f64 = self.sums[0]
+            .1
+            .iter()
+            .zip(self.bias[0].iter().zip(&self.bias[1]))
+            .map(|(sum, (a, b))| {
+                let mean = sum / passes;
+                ((*a / even) * (*b / odd) / (mean * mean + DVec3::splat(1e-4))).element_sum()
+            })
+            .sum();
+        Some((sum / (3.0 * self.spread.len() as f64)).max(0.0).sqrt())
+    }
+
     /// The average colour of the picture, linear RGB.
     pub fn mean_colour(&self) -> DVec3 {
         self.colour_sum / f64::from(self.passes.max(1))
@@ -198,6 +231,11 @@ impl Film {
             merged_spread(self.colour_spread, other.colour_spread, self.colour_sum, other.colour_sum, a, b);
         self.colour_sum += other.colour_sum;
         for ((_, to), (_, from)) in self.sums.iter_mut().zip(&other.sums) {
+            to.par_iter_mut().zip(from).for_each(|(to, from)| *to += *from);
+        }
+        // Which passes are called even does not matter, as long as the two halves are apart.
+        for (k, from) in other.bias.iter().enumerate() {
+            let to = &mut self.bias[(self.passes as usize + k) % 2];
             to.par_iter_mut().zip(from).for_each(|(to, from)| *to += *from);
         }
         self.passes += other.passes;

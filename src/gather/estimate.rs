@@ -19,6 +19,16 @@ pub fn radius_factor(pass: u32) -> f32 {
     (0.5 * squared).exp() as f32
 }
 
+/// Irradiance (W m⁻²) by density estimation.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Irradiance<P> {
+    /// The estimate.
+    pub value: P,
+    /// An estimate of its bias, as noisy: 2 (E(r) − E(r/2)). Right where the bias is linear in the radius, as at the
+    /// rims of surfaces, and 3/2 of it where it is quadratic, as within them.
+    pub bias: P,
+}
+
 /// The maps of one pass.
 pub struct Maps<P> {
     by_class: [PhotonMap<P>; 3],
@@ -43,13 +53,17 @@ impl<P: Power> Maps<P> {
         normal: Vec3,
         footprint: f32,
         most_reflections: u16,
-    ) -> P {
+    ) -> Irradiance<P> {
         let map = &self.by_class[class as usize];
         if map.is_empty() {
-            return P::default();
+            return Irradiance::default();
         }
         let radius = self.radius[class as usize] * footprint;
-        map.flux(point.position, normal, radius, most_reflections).scaled(1.0 / (PI * radius * radius))
+        let flux = map.flux(point.position, normal, radius, most_reflections);
+        let per_area = 1.0 / (PI * radius * radius);
+        let (whole, half) = (flux.whole.scaled(per_area), flux.inner.scaled(4.0 * per_area));
+        // E(r) − E(r/2) is half of a bias that is linear in r.
+        Irradiance { value: whole, bias: (whole + half.scaled(-1.0)).scaled(2.0) }
     }
 }
 

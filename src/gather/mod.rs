@@ -8,7 +8,7 @@ mod connect;
 mod estimate;
 
 pub use connect::Connections;
-pub use estimate::{ALPHA, Maps, radius_factor};
+pub use estimate::{ALPHA, Irradiance, Maps, radius_factor};
 
 use crate::light::{Light, Power, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
@@ -39,6 +39,8 @@ pub struct Pixel<const R: usize> {
     pub normal: Vec3,
     /// Reflectance of the first surface, lobes summed.
     pub albedo: Vec3,
+    /// Estimated bias of the finite gather radius in the visible picture.
+    pub bias: Vec3,
 }
 
 /// The radiance of a pixel by class of light path.
@@ -55,6 +57,14 @@ pub struct Parts {
 }
 
 impl Parts {
+    fn of(&mut self, class: PathClass) -> &mut Vec3 {
+        match class {
+            PathClass::Direct => &mut self.direct,
+            PathClass::Caustic => &mut self.caustic,
+            PathClass::Indirect => &mut self.indirect,
+        }
+    }
+
     /// All of it.
     pub fn total(&self) -> Vec3 {
         self.emitted + self.direct + self.caustic + self.indirect
@@ -93,6 +103,7 @@ impl<const R: usize> Pixel<R> {
         depth: f32::INFINITY,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
+        bias: Vec3::ZERO,
     };
 }
 
@@ -214,16 +225,13 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
-            let read = |class| -> [Vec3; R] {
-                let irradiance = self.maps.irradiance(class, point, normal, footprint, most).filtered(f);
-                rows.map(|row| irradiance.read(row))
-            };
-            let (direct, caustic, indirect) =
-                (read(PathClass::Direct), read(PathClass::Caustic), read(PathClass::Indirect));
-            for (r, parts) in pixel.parts.iter_mut().enumerate() {
-                parts.direct += direct[r];
-                parts.caustic += caustic[r];
-                parts.indirect += indirect[r];
+            for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
+                let irradiance = self.maps.irradiance(class, point, normal, footprint, most);
+                let value = irradiance.value.filtered(f);
+                for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+                    *parts.of(class) += value.read(row);
+                }
+                pixel.bias += irradiance.bias.filtered(f).read(rows[0]);
             }
         }
     }
