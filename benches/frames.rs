@@ -28,7 +28,7 @@ fn stages(c: &mut Criterion) {
 
     group.throughput(Throughput::Elements(photon_plan.paths.into()));
     group.bench_function("shoot (paths)", |b| {
-        b.iter(|| black_box(shoot::<Invisible>(&plan, &photon_plan, 0)))
+        b.iter(|| black_box(shoot::<Invisible>(&plan, &photon_plan, 0)));
     });
 
     let photons = shoot::<Invisible>(&plan, &photon_plan, 0);
@@ -38,7 +38,7 @@ fn stages(c: &mut Criterion) {
         b.iter(|| black_box(photons.clone().by_class.map(PhotonMap::build).map(|map| map.len())));
     });
 
-    let maps = Maps::build(photons, &plan.settings, 0);
+    let maps = Maps::build(photons, &plan, 0);
     let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
     group.throughput(Throughput::Elements(pixels));
     group.bench_function("gather (camera paths)", |b| {

@@ -83,6 +83,7 @@ pub mod photon_map;
 pub mod plan;
 pub mod rays;
 pub mod render;
+pub mod rims;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;

@@ -5,6 +5,7 @@
 //! neighbours in space neighbours in memory.
 
 use crate::light::Power;
+use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE};
 use crate::shoot::Photon;
 use glam::{Mat3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -17,7 +18,7 @@ pub struct PhotonMap<P> {
     photons: Vec<Photon<P>>,
 }
 
-/// Power (W) that arrived near a point; divided by the area of its disk, irradiance.
+/// Power (W) that arrived near a point; divided by the area it fell on, irradiance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flux<P> {
     /// Within the radius.
@@ -25,14 +26,6 @@ pub struct Flux<P> {
     /// Within half of it, which is part of the whole.
     pub inner: P,
 }
-
-/// A photon counts on its own side of a surface only: where its normal is within about 60° of that of the point.
-/// Any cosine in (0, 1) gives the same limit as the radius shrinks; this one keeps curved surfaces whole and tells the
-/// two walls of a corner apart.
-const SAME_SIDE_COSINE: f32 = 0.5;
-/// And near the tangent plane only: within this share of the radius. A surface of curvature radius R leaves it at
-/// gather radii above R / 2; the limit, again, does not depend on it.
-const PLANE_SHARE: f32 = 0.25;
 
 impl<P: Power> PhotonMap<P> {
     /// Builds the map. Positions must be finite: shooting guarantees it.

@@ -146,7 +146,7 @@ fn pass_with<P: Power, const R: usize>(
 ) -> (PassImage, u64) {
     let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot::<P>(plan, photons, pass));
     let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
-    let maps = Maps::build(photons, &plan.settings, pass);
+    let maps = Maps::build(photons, plan, pass);
     let gathered = gather::<P, R>(plan, connections, &maps, pass);
     let Settings { width, height, .. } = plan.settings;
     let planes = planes.iter().map(|&layer| (layer, plane(&gathered, layer))).collect();

@@ -2,11 +2,11 @@
 
 use crate::light::Power;
 use crate::photon_map::PhotonMap;
-use crate::plan::Settings;
+use crate::plan::Plan;
+use crate::rims::Rims;
 use crate::scene::SurfacePoint;
 use crate::shoot::{PathClass, Photons};
 use glam::Vec3;
-use std::f32::consts::PI;
 
 /// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
 /// 2/3 balances them. Knaus & Zwicker 2011, §4.2.
@@ -24,24 +24,26 @@ pub fn radius_factor(pass: u32) -> f32 {
 pub struct Irradiance<P> {
     /// The estimate.
     pub value: P,
-    /// An estimate of its bias, as noisy: 2 (E(r) − E(r/2)). Right where the bias is linear in the radius, as at the
-    /// rims of surfaces, and 3/2 of it where it is quadratic, as within them.
+    /// An estimate of its bias, as noisy: 2 (E(r) − E(r/2)). Right where the bias is linear in the radius, as near
+    /// rims and shadows, and 3/2 of it where it is quadratic, as where light varies smoothly.
     pub bias: P,
 }
 
 /// The maps of one pass.
-pub struct Maps<P> {
+pub struct Maps<'a, P> {
+    rims: &'a Rims,
     by_class: [PhotonMap<P>; 3],
     /// Gather radius of each class in pixel footprints.
     radius: [f32; 3],
 }
 
-impl<P: Power> Maps<P> {
+impl<'a, P: Power> Maps<'a, P> {
     /// Builds a map of each class of photons for the radius of `pass`.
-    pub fn build(photons: Photons<P>, settings: &Settings, pass: u32) -> Self {
+    pub fn build(photons: Photons<P>, plan: &'a Plan, pass: u32) -> Self {
+        let Plan { settings, rims, .. } = plan;
         let shrink = radius_factor(pass);
         let (wide, sharp) = (settings.indirect_radius * shrink, settings.caustic_radius * shrink);
-        Self { by_class: photons.by_class.map(PhotonMap::build), radius: [wide, sharp, wide] }
+        Self { rims, by_class: photons.by_class.map(PhotonMap::build), radius: [wide, sharp, wide] }
     }
 
     /// Irradiance (W m⁻²) by light of `class` that arrives on the side of `normal` after no more than
@@ -60,8 +62,8 @@ impl<P: Power> Maps<P> {
         }
         let radius = self.radius[class as usize] * footprint;
         let flux = map.flux(point.position, normal, radius, most_reflections);
-        let per_area = 1.0 / (PI * radius * radius);
-        let (whole, half) = (flux.whole.scaled(per_area), flux.inner.scaled(4.0 * per_area));
+        let over = |radius: f32| 1.0 / self.rims.area(point.position, normal, radius);
+        let (whole, half) = (flux.whole.scaled(over(radius)), flux.inner.scaled(over(0.5 * radius)));
         // E(r) − E(r/2) is half of a bias that is linear in r.
         Irradiance { value: whole, bias: (whole + half.scaled(-1.0)).scaled(2.0) }
     }

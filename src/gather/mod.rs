@@ -80,7 +80,7 @@ const DELTA_CHAIN_SURVIVAL: f32 = 0.9;
 pub fn gather<P: Power, const R: usize>(
     plan: &Plan,
     connections: &Connections,
-    maps: &Maps<P>,
+    maps: &Maps<'_, P>,
     pass: u32,
 ) -> Gathered<R> {
     let (width, height) = (plan.settings.width, plan.settings.height);
@@ -133,7 +133,7 @@ struct Here<'a, const R: usize> {
 struct Walk<'a, P, const R: usize> {
     plan: &'a Plan,
     connections: &'a Connections,
-    maps: &'a Maps<P>,
+    maps: &'a Maps<'a, P>,
     stack: Vec<Line<R>>,
     hits: Vec<Hit>,
 }

@@ -56,13 +56,18 @@ impl Lobe {
         }
     }
 
-    /// True where light from `from` may be scattered at all: the backs of one-sided lobes are dark.
-    pub fn responds(&self, normals: &Normals, from: Vec3) -> bool {
+    /// True where the back scatters too.
+    pub fn is_two_sided(&self) -> bool {
         match self {
-            Self::Diffuse(lobe) => lobe.two_sided || normals.is_front(from),
-            Self::Mirror(lobe) => lobe.two_sided || normals.is_front(from),
+            Self::Diffuse(lobe) => lobe.two_sided,
+            Self::Mirror(lobe) => lobe.two_sided,
             Self::Dielectric(_) | Self::ThinDielectric(_) => true,
         }
+    }
+
+    /// True where light from `from` may be scattered at all: the backs of one-sided lobes are dark.
+    pub fn responds(&self, normals: &Normals, from: Vec3) -> bool {
+        self.is_two_sided() || normals.is_front(from)
     }
 }
 

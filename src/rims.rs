@@ -1,0 +1,305 @@
+//! Where surfaces end: the true area within a gather disk.
+//!
+//! Density estimation divides photon power by the area it fell on. Within a gather radius of a rim, part of the disk
+//! lies beyond the surface; dividing by the whole disk would draw a dark line along every edge of a room. The area of
+//! the surface within the disk follows from its rims alone, by Green's theorem:
+//! π r² + Σ over rims of ½ (A × B − r² ∠AB), where A, B are the ends of the part of the rim that lies within the
+//! disk, seen from its centre, with the surface on their left. Rims of coplanar pieces that merely abut cancel.
+
+use crate::scene::Scene;
+use glam::{Vec2, Vec3};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use std::collections::HashMap;
+use std::f32::consts::PI;
+use std::time::Duration;
+
+/// A photon counts on its own side of a surface only: where its normal is within about 60° of that of the point.
+/// Any cosine in (0, 1) gives the same limit as the radius shrinks; this one keeps curved surfaces whole and tells the
+/// two walls of a corner apart. An edge that bends more than this is a rim.
+pub const SAME_SIDE_COSINE: f32 = 0.5;
+/// And near the tangent plane only: within this share of the radius. A surface of curvature radius R leaves it at
+/// gather radii above R / 2; the limit, again, does not depend on it.
+pub const PLANE_SHARE: f32 = 0.25;
+
+/// One edge at which a surface that takes photons ends, or bends too far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rim {
+    /// From here …
+    a: Vec3,
+    /// … to here the surface lies on the left, seen from the tip of its normal.
+    b: Vec3,
+    /// Unit normal of the surface.
+    normal: Vec3,
+    /// True where photons count on the back too.
+    two_sided: bool,
+    /// How many equal rims this stands for.
+    count: f32,
+}
+
+/// The rims of a scene, indexed.
+pub struct Rims {
+    rims: Vec<Rim>,
+    tree: Option<Bvh2>,
+}
+
+impl Rims {
+    /// The rims of all surfaces whose material (by index) takes photons.
+    pub fn of(scene: &Scene, takes_photons: &[bool]) -> Self {
+        let rims = merge_equal(find(scene, takes_photons));
+        let boxes: Vec<Aabb> =
+            rims.iter().map(|rim| Aabb::new(rim.a.min(rim.b).into(), rim.a.max(rim.b).into())).collect();
+        let tree =
+            (!boxes.is_empty()).then(|| build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default()));
+        Self { rims, tree }
+    }
+
+    /// How many rims.
+    pub fn len(&self) -> usize {
+        self.rims.len()
+    }
+
+    /// True when no surface ends.
+    pub fn is_empty(&self) -> bool {
+        self.rims.is_empty()
+    }
+
+    /// The area (m²) of the surface within `radius` of `position`, seen from the side of `normal`.
+    ///
+    /// Right for flat surfaces with rims of any shape; curved ones are taken by their tangent plane. Where rounding
+    /// leaves nothing, at the very tip of a surface, the whole disk stands in: its bias, too, shrinks with the radius.
+    pub fn area(&self, position: Vec3, normal: Vec3, radius: f32) -> f32 {
+        let whole = PI * radius * radius;
+        let Some(tree) = &self.tree else { return whole };
+        let (right, up) = normal.any_orthonormal_pair();
+        let mut beyond = 0.0;
+        let reach = Aabb::new((position - radius).into(), (position + radius).into());
+        tree.aabb_traverse(reach, |tree, node| {
+            let node = &tree.nodes[node as usize];
+            for slot in node.first_index..node.first_index + node.prim_count {
+                let rim = &self.rims[tree.primitive_indices[slot as usize] as usize];
+                let cos = rim.normal.dot(normal);
+                if cos.abs() <= SAME_SIDE_COSINE || (cos < 0.0 && !rim.two_sided) {
+                    continue;
+                }
+                let ends = [rim.a - position, rim.b - position];
+                if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
+                    let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
+                    beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
+                }
+            }
+            true
+        });
+        let area = whole + beyond;
+        // A billionth of the disk is below what its f32 terms can tell from nothing.
+        if area > 1e-6 * whole { area } else { whole }
+    }
+}
+
+/// ½ (A × B − r² ∠AB) of the part of the segment that lies in the disk of radius r about zero; zero where none does.
+fn cut(a: Vec2, b: Vec2, r: f32) -> f32 {
+    let way = b - a;
+    let (qa, qb, qc) = (way.length_squared(), a.dot(way), a.length_squared() - r * r);
+    let discriminant = qb * qb - qa * qc;
+    if qa == 0.0 || discriminant <= 0.0 {
+        return 0.0;
+    }
+    let root = discriminant.sqrt();
+    let (from, to) = (((-qb - root) / qa).max(0.0), ((-qb + root) / qa).min(1.0));
+    if from >= to {
+        return 0.0;
+    }
+    let (a, b) = (a + from * way, a + to * way);
+    let cross = a.perp_dot(b);
+    0.5 * (cross - r * r * cross.atan2(a.dot(b)))
+}
+
+/// The part of a segment within `half` of the plane through zero with the given normal.
+fn within_slab([a, b]: [Vec3; 2], normal: Vec3, half: f32) -> Option<[Vec3; 2]> {
+    let (ha, hb) = (a.dot(normal), b.dot(normal));
+    if ha.abs() <= half && hb.abs() <= half {
+        return Some([a, b]);
+    }
+    let at = |level: f32| (level - ha) / (hb - ha);
+    let (low, high) = (at(-half).min(at(half)).max(0.0), at(-half).max(at(half)).min(1.0));
+    (low < high).then(|| [a + low * (b - a), a + high * (b - a)])
+}
+
+/// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`].
+fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
+    let mesh = &scene.mesh;
+    let surface = |t: usize| &scene.surfaces[mesh.surface[t] as usize];
+    let takes = |t: usize| takes_photons[surface(t).material as usize];
+    // Vertices are the same where their positions are, bit for bit; + 0.0 makes −0.0 equal to 0.0.
+    let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut vertices = HashMap::with_capacity(mesh.positions.len());
+    let welded: Vec<u32> = mesh
+        .positions
+        .iter()
+        .map(|&p| {
+            let next = vertices.len() as u32;
+            *vertices.entry(key(p)).or_insert(next)
+        })
+        .collect();
+    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
+    let corners = |t: usize| mesh.triangles[t].map(|i| welded[i as usize]);
+    let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+    for t in (0..mesh.triangles.len()).filter(|&t| takes(t)) {
+        for edge in sides(corners(t)) {
+            edges.entry(edge).or_default().push(t as u32);
+        }
+    }
+    let mut rims = Vec::new();
+    for t in (0..mesh.triangles.len()).filter(|&t| takes(t)) {
+        let normal = mesh.normal(t as u32);
+        let places = mesh.corners(t as u32);
+        for (k, (a, b)) in sides(corners(t)).into_iter().enumerate() {
+            let goes_on = edges
+                .get(&(b, a))
+                .is_some_and(|others| others.iter().any(|&o| mesh.normal(o).dot(normal) > SAME_SIDE_COSINE));
+            if !goes_on {
+                let material = &scene.materials[surface(t).material as usize];
+                let two_sided = material.bsdf.terms.iter().any(|term| term.lobe.is_two_sided());
+                rims.push(Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0 });
+            }
+        }
+    }
+    rims
+}
+
+/// Equal rims become one that counts for all: piles of equal boxes would take the tree's builder quadratic time.
+fn merge_equal(rims: Vec<Rim>) -> Vec<Rim> {
+    let mut seen = HashMap::with_capacity(rims.len());
+    let mut merged: Vec<Rim> = Vec::with_capacity(rims.len());
+    for rim in rims {
+        let key = [rim.a, rim.b, rim.normal].map(|v| v.to_array().map(f32::to_bits));
+        let index = *seen.entry((key, rim.two_sided)).or_insert(merged.len());
+        match merged.get_mut(index) {
+            Some(first) => first.count += 1.0,
+            None => merged.push(rim),
+        }
+    }
+    merged
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::{Diffuse, Lobe};
+    use crate::sampling::{Rng, Stream};
+    use crate::scene::{Camera, Illumination, Material, Mesh, Projection, Surface};
+    use glam::DVec3;
+
+    /// Triangles in the plane y = 0 with their fronts up, all in one diffuse surface.
+    fn scene(triangles: &[[[f32; 2]; 3]]) -> Scene {
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: false });
+        let positions: Vec<Vec3> = triangles.iter().flatten().map(|&[x, z]| Vec3::new(x, 0.0, -z)).collect();
+        let projection = Projection::Perspective { yfov: 1.0 };
+        let mut scene = Scene {
+            name: "rims".into(),
+            mesh: Mesh {
+                normals: vec![Vec3::Y; positions.len()],
+                triangles: (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+                surface: vec![0; triangles.len()],
+                positions,
+            },
+            surfaces: vec![Surface { name: "floor".into(), material: 0, smooth: false, closed: false }],
+            materials: vec![Material::new("floor", lobe)],
+            luminaires: Vec::new(),
+            camera: Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, projection),
+            origin: DVec3::ZERO,
+            illumination: Some(Illumination::GLOBAL),
+            notes: Vec::new(),
+        };
+        scene.illuminate(None, &[]).unwrap();
+        scene
+    }
+
+    fn rims(triangles: &[[[f32; 2]; 3]]) -> Rims {
+        Rims::of(&scene(triangles), &[true])
+    }
+
+    /// The unit square as two triangles.
+    const SQUARE: [[[f32; 2]; 3]; 2] = [[[0., 0.], [1., 0.], [1., 1.]], [[0., 0.], [1., 1.], [0., 1.]]];
+
+    fn area(rims: &Rims, x: f32, z: f32, r: f32) -> f32 {
+        rims.area(Vec3::new(x, 0.0, -z), Vec3::Y, r)
+    }
+
+    #[test]
+    fn a_square_has_four_rims_and_its_diagonal_is_none() {
+        assert_eq!(rims(&SQUARE).len(), 4);
+    }
+
+    #[test]
+    fn disks_are_cut_at_edges_and_corners() {
+        let rims = rims(&SQUARE);
+        let r = 0.1_f32;
+        let whole = PI * r * r;
+        assert!((area(&rims, 0.5, 0.5, r) / whole - 1.0).abs() < 1e-6);
+        assert!((area(&rims, 1e-6, 0.5, r) / whole - 0.5).abs() < 1e-4);
+        assert!((area(&rims, 1e-6, 1e-6, r) / whole - 0.25).abs() < 1e-4);
+        // One radius of distance h < r: the segment r² acos(h/r) − h √(r² − h²) is missing.
+        let h = 0.06_f32;
+        let missing = r * r * (h / r).acos() - h * (r * r - h * h).sqrt();
+        assert!((area(&rims, 0.3, h, r) / (whole - missing) - 1.0).abs() < 1e-4);
+        // A disk that holds the whole square.
+        assert!((area(&rims, 0.4, 0.6, 5.0) - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn pieces_that_abut_without_sharing_vertices_are_one() {
+        // The right-hand neighbour is cut in two at z = 0.5: T-junctions along x = 1.
+        let more = [
+            [[1., 0.], [2., 0.], [2., 0.5]],
+            [[1., 0.], [2., 0.5], [1., 0.5]],
+            [[1., 0.5], [2., 0.5], [2., 1.]],
+            [[1., 0.5], [2., 1.], [1., 1.]],
+        ];
+        let rims = rims(&[&SQUARE[..], &more[..]].concat());
+        let r = 0.2_f32;
+        assert!((area(&rims, 0.95, 0.45, r) / (PI * r * r) - 1.0).abs() < 1e-4);
+        assert!((area(&rims, 0.95, 0.0001, r) / (PI * r * r) - 0.5).abs() < 1e-2);
+    }
+
+    #[test]
+    fn areas_are_what_random_points_find() {
+        // An L: concave at (1, 1).
+        let l = [SQUARE[0], SQUARE[1], [[1., 0.], [2., 0.], [2., 1.]], [[1., 0.], [2., 1.], [1., 1.]], [
+            [0., 1.],
+            [1., 1.],
+            [1., 2.],
+        ], [[0., 1.], [1., 2.], [0., 2.]]];
+        let rims = rims(&l);
+        let mut rng = Rng::new(3, Stream::Test, 0, 0);
+        let inside = |x: f32, z: f32| {
+            (0.0..2.0).contains(&x) && (0.0..2.0).contains(&z) && !(x > 1.0 && z > 1.0)
+        };
+        for _ in 0..40 {
+            let (x, z) = loop {
+                let [x, z] = rng.f32x2().map(|u| 2.0 * u);
+                if inside(x, z) {
+                    break (x, z);
+                }
+            };
+            let r = 0.1 + 0.8 * rng.f32();
+            let n = 20_000;
+            let found = (0..n)
+                .filter(|_| {
+                    let [dx, dz] = crate::sampling::warp::disk(rng.f32x2()).map(|d| r * d);
+                    inside(x + dx, z + dz)
+                })
+                .count();
+            let (p, exact) = (found as f32 / n as f32, area(&rims, x, z, r) / (PI * r * r));
+            assert!((p - exact).abs() < 4.0 * (0.25 / n as f32).sqrt(), "{p} against {exact} at {x}, {z}, r {r}");
+        }
+    }
+
+    #[test]
+    fn piles_of_equal_triangles_build_at_once() {
+        let pile = vec![SQUARE[0]; 20_000];
+        assert_eq!(rims(&pile).len(), 3);
+    }
+}
