@@ -99,7 +99,19 @@ impl Existence {
             .filter(|(_, share)| *share > NAMED)
             .collect();
         named.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let words: Vec<String> = named.iter().map(|(material, _)| in_words(material, m.channel)).collect();
+        // Materials that differ in name alone share their words.
+        let mut words: Vec<(&str, String, Vec<&str>)> = Vec::new();
+        for (material, _) in &named {
+            let kept = kept(material, m.channel);
+            match words.iter_mut().find(|known| known.0 == material.resolved && known.1 == kept) {
+                Some(known) => known.2.push(&material.name),
+                None => words.push((&material.resolved, kept, vec![&material.name])),
+            }
+        }
+        let words: Vec<String> = words
+            .iter()
+            .map(|(resolved, kept, names)| format!("{resolved} {}, {kept}", names.join(", ")))
+            .collect();
         let mut advice = advice(&named, m.k, chain);
         for (material, _) in &named {
             if is_glass(material) && !material.bsdf.straight.is_zero() {
@@ -149,8 +161,8 @@ fn is_glass(material: &Material) -> bool {
     material.lobes.iter().any(|(_, lobe)| matches!(lobe, Lobe::Dielectric(_) | Lobe::ThinDielectric(_)))
 }
 
-/// A material as the user knows it: illumination, name, what its lobes keep, sides.
-fn in_words(material: &Material, channel: usize) -> String {
+/// What a material's lobes keep, and on which sides.
+fn kept(material: &Material, channel: usize) -> String {
     let lobes: Vec<String> = material
         .lobes
         .iter()
@@ -165,7 +177,7 @@ fn in_words(material: &Material, channel: usize) -> String {
             }
         })
         .collect();
-    format!("{} {}, {}", material.resolved, material.name, lobes.join(", "))
+    lobes.join(", ")
 }
 
 /// What to lower, for materials of the illumination square and for others.

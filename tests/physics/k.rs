@@ -4,11 +4,13 @@ use crate::support::{Build, Measured, diffuse, glow, small};
 use glam::Vec3;
 use halflight::error::Error;
 use halflight::film::Layer;
+use halflight::light::Invisible;
 use halflight::measure::{Existence, Multiplication};
 use halflight::optics::{Diffuse, Lobe, Mirror};
-use halflight::plan::{Method, Plan, Settings};
+use halflight::plan::{Direct, Method, Plan, Settings};
 use halflight::render::Render;
 use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene};
+use halflight::shoot::shoot;
 
 const RATIO: f64 = 0.5;
 
@@ -39,7 +41,7 @@ fn two_sided() -> f64 {
 }
 
 fn measured(scene: Scene) -> Multiplication {
-    match Plan::new(scene, Settings { keep_everything: true, ..small(8, 8, 100) }).existence {
+    match Plan::new(scene, Settings { keep_everything: true, ..small(8, 8, 1) }).existence {
         Existence::Measured(m) => m,
         certain @ Existence::Certain { .. } => panic!("{certain:?}"),
     }
@@ -152,12 +154,19 @@ fn supercritical() -> Scene {
 fn a_supercritical_box_is_refused_by_every_method_and_served_truncated() {
     for method in [Method::Photon, Method::Path] {
         let settings = Settings { method, ..small(16, 16, 2000) };
-        let error = Render::new(supercritical(), settings.clone(), &[Layer::Visible]).err().expect("no image");
+        let error =
+            Render::new(supercritical(), settings.clone(), &[Layer::Visible]).err().expect("no image");
         assert!(matches!(error, Error::NoImage(_)) && error.exit_code() == 3);
         let message = error.to_string();
         eprintln!("{message}");
-        assert!(message.contains("≥ 1 (shadowless White, albedo 0.90, two-sided"), "{message}");
-        assert!(message.contains("Lower s to below 0.") && message.contains("--max-reflections"), "{message}");
+        assert!(
+            message.contains("≥ 1 (shadowless Ball, White, Red, Green, albedo 0.90, two-sided). "),
+            "{message}"
+        );
+        assert!(
+            message.contains("Lower s to below 0.") && message.contains("--max-reflections"),
+            "{message}"
+        );
         let truncated = Settings { max_reflections: Some(12), ..settings };
         let mut render = Render::new(supercritical(), truncated, &[Layer::Visible]).expect("a render");
         render.pass();
@@ -166,6 +175,38 @@ fn a_supercritical_box_is_refused_by_every_method_and_served_truncated() {
         let fact = |name: &str| header.get(name).and_then(|v| v.as_real()).expect("a fact");
         assert!(fact("k") > 1.1 && fact("k_error") < 0.02 && fact("max_reflections") == 12.0);
     }
+}
+
+#[test]
+fn a_truncated_series_is_unbiased_where_the_whole_one_has_no_sum() {
+    // Albedo one, k = 1.207: power on the fronts of room and ball after each reflection, from the closed form above.
+    let mut scene = concentric(1.0, false);
+    scene.illuminate(Some(Illumination::SHADOWLESS), &[]).expect("no names");
+    let most = 12;
+    let settings = Settings { max_reflections: Some(most), direct: Direct::Photons, ..small(8, 8, 20_000) };
+    let plan = Plan::new(scene, settings);
+    let photons = plan.photons.as_ref().expect("photons");
+    assert!(photons.growth > 1.19 && photons.growth < 1.22, "{}", photons.growth);
+    let a = RATIO * RATIO;
+    // The point light sits midway between the spheres; the ball is seen from it under this part of the sphere.
+    let seen = 0.5 * (1.0 - (1.0 - (RATIO / 0.75_f64).powi(2)).sqrt());
+    let (mut room, mut ball) = (1.0, seen);
+    let mut expected = 0.0;
+    for _ in 0..most {
+        expected += 4.0 * std::f64::consts::PI * (room + ball);
+        (room, ball) = (room + ball, a * room);
+    }
+    let passes: Vec<f64> = (0..16)
+        .map(|pass| {
+            let shot = shoot::<Invisible>(&plan, photons, pass);
+            let fronts = shot.by_class.iter().flatten().filter(|photon| {
+                let on_ball = photon.position.length() < 0.75;
+                (photon.cos_to(photon.position) > 0.0) == on_ball
+            });
+            fronts.map(|photon| f64::from(photon.power.0.x)).sum()
+        })
+        .collect();
+    Measured::of(&passes).must_be(expected, 0.002);
 }
 
 #[test]
