@@ -3,6 +3,7 @@
 //! Everything that can be decided once is decided here; kernels below have no mode flags, only smaller data.
 
 use crate::light::Matrix;
+use crate::measure::Existence;
 use crate::optics::Term;
 use crate::rays::Rays;
 use crate::scene::Scene;
@@ -155,6 +156,8 @@ pub struct Plan {
     pub photons: Option<PhotonPlan>,
     /// How connections see.
     pub visibility: Visibility,
+    /// Whether there is an image.
+    pub existence: Existence,
     /// What was left out.
     pub omissions: Vec<Omission>,
 }
@@ -273,23 +276,30 @@ impl Plan {
     /// Looks at the scene once and decides.
     pub fn new(scene: Scene, settings: Settings) -> Self {
         let mut omissions = Vec::new();
+        let rays = Rays::build(&scene);
+        let existence = Existence::of(&scene, &rays, settings.seed, settings.keep_everything);
+        if let Existence::Certain { reason, .. } = &existence {
+            omissions.push(Omission { name: "existence", reason: reason.clone() });
+        }
         if settings.method != Method::Photon {
-            let rays = Rays::build(&scene);
             return Self {
                 scene,
                 rays,
                 settings,
                 photons: None,
                 visibility: Visibility::Transmittance,
+                existence,
                 omissions,
             };
         }
         let flow = Flow::of(&scene, settings.invisible);
         let visibility = visibility(&scene, &flow, &settings, &mut omissions);
-        let photons = photon_plan(&scene, &flow, &settings, &mut omissions);
-        let rays = Rays::build(&scene);
-        let mut plan = Self { scene, rays, settings, photons: None, visibility, omissions };
-        plan.photons = photons.map(|photons| plan.with_pilot(photons));
+        let photons = photon_plan(&scene, &flow, &settings, &mut omissions)
+            .map(|photons| PhotonPlan { growth: existence.growth(), ..photons });
+        let endless = existence.is_refuted() && settings.max_reflections.is_none();
+        let mut plan = Self { scene, rays, settings, photons: None, visibility, existence, omissions };
+        // Where there is no image a pilot would not end.
+        plan.photons = photons.map(|photons| if endless { photons } else { plan.with_pilot(photons) });
         plan
     }
 
@@ -447,6 +457,9 @@ impl Plan {
     /// The same at length, with the reasons.
     pub fn describe(&self) -> String {
         let mut text = format!("{}\n", self.one_line());
+        text.push_str(&format!("multiplication factor: {}\n", self.existence.describe()));
+        text.extend(self.existence.refusal(&self.scene).map(|refusal| format!("{refusal}\n")));
+        text.extend(self.existence.warning().map(|warning| format!("warning: {warning}\n")));
         for omission in &self.omissions {
             text.push_str(&format!("left out {}: {}\n", omission.name, omission.reason));
         }

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, Header, Layer, PassImage};
 use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
+use crate::measure::{Existence, Multiplication};
 use crate::path_trace::{PathSettings, Rows, Strength, trace_pass, unreachable_luminaires};
 use crate::plan::{Method, Plan, Settings};
 use crate::scene::Scene;
@@ -40,7 +41,8 @@ impl Render {
     /// Plans the render; `layers` are those of the film ([`Layer::Visible`] is always among them).
     ///
     /// # Errors
-    /// A layer that the method does not make; luminaires that the method can never find.
+    /// A layer that the method does not make; luminaires that the method can never find; no image, where the whole
+    /// series is asked for.
     pub fn new(scene: Scene, settings: Settings, layers: &[Layer]) -> Result<Self> {
         check(&scene, &settings, layers)?;
         let begin = std::time::Instant::now();
@@ -51,6 +53,11 @@ impl Render {
         let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
         let film = Film::new(settings.width, settings.height, &layers);
         let plan = Plan::new(scene, settings);
+        if plan.settings.max_reflections.is_none()
+            && let Some(refusal) = plan.existence.refusal(&plan.scene)
+        {
+            return Err(Error::NoImage(refusal));
+        }
         let connections = Connections::new(&plan.scene);
         Ok(Self { plan, connections, film, stored: 0, seconds: begin.elapsed().as_secs_f64() })
     }
@@ -89,9 +96,9 @@ impl Render {
 
     /// Facts about the picture for its file.
     pub fn header(&self) -> Header {
-        let Plan { scene, settings, photons, omissions, .. } = &self.plan;
+        let Plan { scene, settings, photons, omissions, existence, .. } = &self.plan;
         let omitted: Vec<_> = omissions.iter().map(|omission| omission.name).collect();
-        Header::new()
+        let mut header = Header::new()
             .with("version", env!("CARGO_PKG_VERSION"))
             .with("method", settings.method.name())
             .with("scene", scene.name.clone())
@@ -102,7 +109,18 @@ impl Render {
             .with("paths_per_pass", photons.as_ref().map_or(0, |photons| photons.paths))
             .with("photons", self.stored.to_string())
             .with("omitted", omitted.join(" "))
-            .with("seconds", self.seconds)
+            .with("seconds", self.seconds);
+        match existence {
+            Existence::Certain { at_most, .. } => header.set("k_at_most", *at_most),
+            Existence::Measured(Multiplication { k, error, .. }) => {
+                header.set("k", *k);
+                header.set("k_error", *error);
+            }
+        }
+        if let Some(most) = settings.max_reflections {
+            header.set("max_reflections", most);
+        }
+        header
     }
 }
 

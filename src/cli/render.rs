@@ -128,6 +128,9 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
     let mut render = Render::new(scene, settings(&args), &layers)?;
+    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.quiet) {
+        eprintln!("warning: {warning}");
+    }
     let stop = stop_on_interrupt();
     let mut progress = Progress::new(args.quiet, &render, &args.limits());
     let mut next_write = begin.elapsed();

@@ -7,6 +7,7 @@ mod area_light;
 mod determinism;
 mod furnace;
 mod glass;
+mod k;
 mod ledger;
 mod matrices;
 mod mirrors;

@@ -1,0 +1,234 @@
+//! The multiplication factor against closed forms.
+
+use crate::support::{Build, Measured, diffuse, glow, small};
+use glam::Vec3;
+use halflight::error::Error;
+use halflight::film::Layer;
+use halflight::light::Invisible;
+use halflight::measure::{Existence, Multiplication};
+use halflight::optics::{Diffuse, Lobe, Mirror};
+use halflight::plan::{Direct, Method, Plan, Settings};
+use halflight::render::Render;
+use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene};
+use halflight::shoot::shoot;
+
+const RATIO: f64 = 0.5;
+
+fn concentric(albedo: f64, two_sided: bool) -> Scene {
+    let name = format!("builtin:concentric?albedo={albedo}&ratio={RATIO}&two_sided={two_sided}");
+    Scene::load(name).expect("built in")
+}
+
+/// k / (s ρ) of reflectors that shine from their fronts. Light leaves the room's wall for the wall again, past the ball
+/// or through both its sides, or for the ball; what leaves the ball reaches the wall:
+/// [[1 − a + a t², 1], [a, 0]] with a = (r/R)².
+fn one_sided(t: f64) -> f64 {
+    let a = RATIO * RATIO;
+    let c = 1.0 - a + a * t * t;
+    0.5 * (c + (c * c + 4.0 * a).sqrt())
+}
+
+/// k / ρ of reflectors that shine from both sides, t = 1: the largest root of μ (μ − 1)² = a (2μ − 1).
+fn two_sided() -> f64 {
+    let a = RATIO * RATIO;
+    let f = |mu: f64| mu * (mu - 1.0).powi(2) - a * (2.0 * mu - 1.0);
+    let (mut low, mut high) = (1.0, 3.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    low
+}
+
+fn measured(scene: Scene) -> Multiplication {
+    match Plan::new(scene, Settings { keep_everything: true, ..small(8, 8, 1) }).existence {
+        Existence::Measured(m) => m,
+        certain @ Existence::Certain { .. } => panic!("{certain:?}"),
+    }
+}
+
+#[track_caller]
+fn must_be(m: &Multiplication, expected: f64) {
+    eprintln!("k {:.5} ± {:.5} against {expected:.5}, {} lines", m.k, m.error, m.lines);
+    assert!((m.k / expected - 1.0).abs() < 0.01, "{m:?} against {expected}");
+    // Inscribed spheres of 256 sides are smaller than true ones by (π/256)² / 2 = 8e-5.
+    Measured { mean: m.k, error: m.error }.must_be(expected, 2e-4);
+}
+
+#[test]
+fn concentric_spheres_have_their_closed_forms() {
+    for (two_sided, mu) in [(false, one_sided(1.0)), (true, two_sided())] {
+        for k in [0.5, 0.8, 0.95] {
+            must_be(&measured(concentric(k / mu, two_sided)), k);
+        }
+    }
+}
+
+#[test]
+fn k_follows_s_and_t() {
+    for (s, t) in [(1.0, 0.0), (1.0, 0.5), (0.5, 1.0), (0.3, 0.8)] {
+        let mut scene = concentric(0.6, false);
+        let point = Illumination::Square { s: s as f32, t: t as f32 };
+        scene.illuminate(Some(point), &[]).expect("no names");
+        must_be(&measured(scene), 0.6 * s * one_sided(t));
+    }
+}
+
+#[test]
+fn near_one_it_tells_the_sides_apart() {
+    let verdict = |k: f64| {
+        let plan = Plan::new(concentric(k / two_sided(), true), small(8, 8, 100));
+        eprintln!("{}", plan.existence.describe());
+        (plan.existence.is_refuted(), plan.existence.warning().is_some())
+    };
+    assert_eq!(verdict(0.97), (false, false));
+    assert_eq!(verdict(0.99), (false, true));
+    assert_eq!(verdict(1.01), (true, false));
+}
+
+/// A closed box of the given albedos; the last is the ceiling's.
+fn furnace(wall: Lobe) -> Scene {
+    let eye = Vec3::new(0.2, 0.1, 0.3);
+    let camera = Camera::look_at(eye, Vec3::X, Vec3::Y, Projection::Perspective { yfov: 1.0 });
+    let mut build = Build::new(Illumination::GLOBAL, camera);
+    let wall = build.material("Wall", wall);
+    build.0.materials[wall as usize].emission = glow(1.0);
+    build.sphere(Vec3::ZERO, 1.0, (32, 16), true, wall);
+    build.0.surfaces[0].smooth = false;
+    build.finish()
+}
+
+#[test]
+fn in_a_closed_furnace_k_is_the_albedo() {
+    for albedo in [0.3, 0.9, 0.999_999] {
+        let m = measured(furnace(diffuse(albedo)));
+        assert!((m.k / f64::from(albedo) - 1.0).abs() < 1e-6, "{m:?}");
+    }
+    // Of the channels the largest decides.
+    let albedo = Vec3::new(0.2, 0.3, 0.7);
+    let m = measured(furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false })));
+    assert!((m.k / 0.7 - 1.0).abs() < 1e-6 && m.channel == 2, "{m:?}");
+}
+
+#[test]
+fn light_that_goes_to_and_fro_has_the_geometric_mean() {
+    // Two facing plates, of which each reflects to the other alone: single generations alternate for ever.
+    let camera = crate::support::look(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO);
+    let mut build = Build::new(Illumination::GLOBAL, camera);
+    let lower = build.material("Lower", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
+    let upper = build.material("Upper", Lobe::Mirror(Mirror { tint: Vec3::splat(0.1), two_sided: false }));
+    build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, lower);
+    build.quad(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, upper);
+    let irradiance = halflight::light::Light::both(Vec3::ONE);
+    build.0.luminaires.push(Luminaire::Spot {
+        position: Vec3::Y * 0.5,
+        direction: Vec3::Y,
+        intensity: irradiance,
+        cone: halflight::scene::SpotCone { cos_inner: 0.999_999_9, cos_outer: 0.999_999_9 },
+    });
+    let m = measured(build.finish());
+    assert!((m.k / 0.3 - 1.0).abs() < 1e-4, "{m:?}");
+}
+
+#[test]
+fn a_furnace_that_loses_nothing_has_no_image() {
+    let error = Render::new(furnace(diffuse(1.0)), small(8, 8, 100), &[Layer::Visible]).err();
+    let message = error.expect("no image").to_string();
+    assert!(message.starts_with("no image exists: multiplication factor 1.0"), "{message}");
+}
+
+/// The paper's box as Blender would export it: two-sided, albedo 0.9.
+fn supercritical() -> Scene {
+    let mut scene = Scene::load("builtin:cornell-spheres").expect("built in");
+    for material in &mut scene.materials {
+        if material.emission.is_none() {
+            material.lobes =
+                vec![(1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true }))];
+        }
+    }
+    scene.illuminate(Some(Illumination::SHADOWLESS), &[]).expect("no names");
+    scene
+}
+
+#[test]
+fn a_supercritical_box_is_refused_by_every_method_and_served_truncated() {
+    for method in [Method::Photon, Method::Path] {
+        let settings = Settings { method, ..small(16, 16, 2000) };
+        let error =
+            Render::new(supercritical(), settings.clone(), &[Layer::Visible]).err().expect("no image");
+        assert!(matches!(error, Error::NoImage(_)) && error.exit_code() == 3);
+        let message = error.to_string();
+        eprintln!("{message}");
+        assert!(
+            message.contains("≥ 1 (shadowless Ball, White, Red, Green, albedo 0.90, two-sided). "),
+            "{message}"
+        );
+        assert!(
+            message.contains("Lower s to below 0.") && message.contains("--max-reflections"),
+            "{message}"
+        );
+        let truncated = Settings { max_reflections: Some(12), ..settings };
+        let mut render = Render::new(supercritical(), truncated, &[Layer::Visible]).expect("a render");
+        render.pass();
+        assert!(render.film().mean_colour().x > 0.0 && render.film().mean_colour().is_finite());
+        let header = render.header();
+        let fact = |name: &str| header.get(name).and_then(|v| v.as_real()).expect("a fact");
+        assert!(fact("k") > 1.1 && fact("k_error") < 0.02 && fact("max_reflections") == 12.0);
+    }
+}
+
+#[test]
+fn a_truncated_series_is_unbiased_where_the_whole_one_has_no_sum() {
+    // Albedo one, k = 1.207: power on the fronts of room and ball after each reflection, from the closed form above.
+    let mut scene = concentric(1.0, false);
+    scene.illuminate(Some(Illumination::SHADOWLESS), &[]).expect("no names");
+    let most = 12;
+    let settings = Settings { max_reflections: Some(most), direct: Direct::Photons, ..small(8, 8, 20_000) };
+    let plan = Plan::new(scene, settings);
+    let photons = plan.photons.as_ref().expect("photons");
+    assert!(photons.growth > 1.19 && photons.growth < 1.22, "{}", photons.growth);
+    let a = RATIO * RATIO;
+    // The point light sits midway between the spheres; the ball is seen from it under this part of the sphere.
+    let seen = 0.5 * (1.0 - (1.0 - (RATIO / 0.75_f64).powi(2)).sqrt());
+    let (mut room, mut ball) = (1.0, seen);
+    let mut expected = 0.0;
+    for _ in 0..most {
+        expected += 4.0 * std::f64::consts::PI * (room + ball);
+        (room, ball) = (room + ball, a * room);
+    }
+    let passes: Vec<f64> = (0..16)
+        .map(|pass| {
+            let shot = shoot::<Invisible>(&plan, photons, pass);
+            let fronts = shot.by_class.iter().flatten().filter(|photon| {
+                let on_ball = photon.position.length() < 0.75;
+                (photon.cos_to(photon.position) > 0.0) == on_ball
+            });
+            fronts.map(|photon| f64::from(photon.power.0.x)).sum()
+        })
+        .collect();
+    Measured::of(&passes).must_be(expected, 0.002);
+}
+
+#[test]
+fn k_is_left_out_only_where_it_cannot_matter() {
+    let plan = |name: &str, illumination| {
+        let mut scene = Scene::load(name).expect("built in");
+        scene.illuminate(Some(illumination), &[("*".into(), illumination)]).expect("no names");
+        Plan::new(scene, small(8, 8, 100))
+    };
+    let left_out = |plan: &Plan| plan.omissions.iter().any(|omission| omission.name == "existence");
+    for illumination in [Illumination::LOCAL, Illumination::ONE_BOUNCE, Illumination::GLOBAL] {
+        assert!(left_out(&plan("builtin:cornell-spheres", illumination)));
+        assert!(left_out(&plan("builtin:caustic-box", illumination)));
+    }
+    assert!(!left_out(&plan("builtin:cornell-spheres", Illumination::SHADOWLESS)));
+}
+
+#[test]
+fn equal_arguments_give_equal_bits_whatever_the_threads() {
+    let k = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| measured(concentric(0.5, true)))
+    };
+    assert_eq!(k(1), k(3));
+}
