@@ -6,6 +6,7 @@ use crate::light::Matrix;
 use crate::measure::Existence;
 use crate::optics::Term;
 use crate::rays::Rays;
+use crate::rims::Rims;
 use crate::scene::Scene;
 
 /// What the user asked for, resolved.
@@ -150,6 +151,8 @@ pub struct Plan {
     pub scene: Scene,
     /// Its triangles, indexed.
     pub rays: Rays,
+    /// Where the surfaces end that take photons.
+    pub rims: Rims,
     /// What was asked for.
     pub settings: Settings,
     /// None: no photons and no map.
@@ -285,6 +288,7 @@ impl Plan {
             return Self {
                 scene,
                 rays,
+                rims: Rims::none(),
                 settings,
                 photons: None,
                 visibility: Visibility::Transmittance,
@@ -297,7 +301,8 @@ impl Plan {
         let photons = photon_plan(&scene, &flow, &settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), ..photons });
         let endless = existence.is_refuted() && settings.max_reflections.is_none();
-        let mut plan = Self { scene, rays, settings, photons: None, visibility, existence, omissions };
+        let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let mut plan = Self { scene, rays, rims, settings, photons: None, visibility, existence, omissions };
         // Where there is no image a pilot would not end.
         plan.photons = photons.map(|photons| if endless { photons } else { plan.with_pilot(photons) });
         plan
