@@ -94,7 +94,7 @@ fn must_agree(name: &str, scene: &Scene, direct: Direct) {
     }
 }
 
-fn cornell(illumination: Illumination) -> Scene {
+pub fn cornell(illumination: Illumination) -> Scene {
     let mut scene = Scene::load("builtin:cornell-spheres").expect("built in");
     scene.illuminate(Some(illumination), &[]).expect("no names");
     hide_lamps(&mut scene);
@@ -156,7 +156,7 @@ fn with_matrices_of_the_users_own() {
 }
 
 /// A box with a mirror ball and a glass ball under a lamp so large that a path tracer finds it through glass.
-fn mixed(mirror: bool, glass: bool) -> Build {
+pub fn mixed(mirror: bool, glass: bool) -> Build {
     let camera =
         Camera::look_at(Vec3::new(0.0, 0.0, 3.4), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.6 });
     let mut build = Build::new(Illumination::GLOBAL, camera);

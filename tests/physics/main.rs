@@ -11,4 +11,5 @@ mod k;
 mod ledger;
 mod matrices;
 mod mirrors;
+mod online_error;
 mod square;

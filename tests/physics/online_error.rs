@@ -1,0 +1,101 @@
+//! The error that a render shows is the error that it has.
+
+use crate::agreement::{cornell, mixed};
+use halflight::film::Layer;
+use halflight::measure::distributions::student_quantile_two_sided;
+use halflight::plan::{Method, Settings};
+use halflight::render::Render;
+use halflight::scene::{Illumination, Scene};
+
+const SIDE: u32 = 24;
+const PASSES: u32 = 48;
+
+fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
+    let settings = Settings { width: SIDE, height: SIDE, ..settings };
+    let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
+    (0..passes).for_each(|_| render.pass());
+    render
+}
+
+/// The 90 % interval of each pixel and channel must hold the truth in 85 to 95 % of them, and the error shown for the
+/// whole picture must be the error it has.
+#[track_caller]
+fn must_be_honest(name: &str, scene: &Scene) {
+    let path = Settings { method: Method::Path, samples: 64, seed: 1, ..Settings::default() };
+    let truth = render(scene, path, 250);
+    let shot = Settings {
+        paths: Some(30_000),
+        caustic_radius: 0.7,
+        indirect_radius: 0.7,
+        seed: 2,
+        ..Settings::default()
+    };
+    let shot = render(scene, shot, PASSES);
+    // P(|T| > t) = 0.1
+    let t = student_quantile_two_sided(0.1, f64::from(PASSES - 1)) as f32;
+    let (mean, error) = (shot.film().mean(Layer::Visible), shot.film().standard_error());
+    let (true_mean, true_error) = (truth.film().mean(Layer::Visible), truth.film().standard_error());
+    let (mut held, mut lit, mut squared) = (0.0, 0.0, 0.0);
+    for i in 0..mean.len() {
+        for c in 0..3 {
+            let away = (mean[i][c] - true_mean[i][c]).abs();
+            squared += f64::from(away * away / (true_mean[i][c].powi(2) + 1e-4));
+            // Pixels that no light reaches have no error at all.
+            if true_mean[i][c] > 0.0 && error[i][c] > 0.0 {
+                lit += 1.0;
+                held += f64::from(u8::from(away <= t * error[i][c].hypot(true_error[i][c])));
+            }
+        }
+    }
+    let coverage: f64 = held / lit;
+    assert!((0.85..=0.95).contains(&coverage), "{name}: the 90 % interval holds the truth in {coverage:.3}");
+    let (shown, real) = (shot.error().expect("passes").total(), (squared / (3.0 * mean.len() as f64)).sqrt());
+    assert!((0.8..=1.25).contains(&(shown / real)), "{name}: shows {shown:.4}, is {real:.4}");
+}
+
+#[test]
+fn of_diffuse_global_illumination() {
+    must_be_honest("global", &cornell(Illumination::GLOBAL));
+}
+
+#[test]
+fn of_local_illumination() {
+    must_be_honest("local", &cornell(Illumination::LOCAL));
+}
+
+#[test]
+fn inside_the_square() {
+    must_be_honest("0.5,0.25", &cornell(Illumination::Square { s: 0.5, t: 0.25 }));
+}
+
+#[test]
+fn of_caustics() {
+    must_be_honest("mirror and glass", &mixed(true, true).finish());
+}
+
+#[test]
+fn bias_is_seen_where_the_radius_is_large() {
+    // Radii of ten pixels on a film of 24 blur everything; the estimate must say so, within a factor of two.
+    let scene = cornell(Illumination::GLOBAL);
+    let wide = |radius, seed| {
+        let settings = Settings { paths: Some(60_000), indirect_radius: radius, seed, ..Settings::default() };
+        render(&scene, settings, 12)
+    };
+    let (blurred, sharp) = (wide(10.0, 1), wide(0.5, 2));
+    let (mean, reference) = (blurred.film().mean(Layer::Visible), sharp.film().mean(Layer::Visible));
+    let noise = sharp.film().standard_error();
+    let real: f64 = mean
+        .iter()
+        .zip(&reference)
+        .zip(&noise)
+        .map(|((mean, reference), noise)| {
+            let away = (*mean - *reference).as_dvec3();
+            let noise = noise.as_dvec3();
+            ((away * away - noise * noise) / (mean.as_dvec3().powf(2.0) + 1e-4)).element_sum()
+        })
+        .sum::<f64>()
+        / (3.0 * mean.len() as f64);
+    let (shown, real) = (blurred.error().expect("passes").bias, real.max(0.0).sqrt());
+    assert!(real > 0.02, "the example has no bias: {real}");
+    assert!((0.5..=2.0).contains(&(shown / real)), "shows {shown:.4}, is {real:.4}");
+}
