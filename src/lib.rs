@@ -59,7 +59,7 @@
 //! | footprint | side of what a pixel covers on a surface that faces it | m |
 //!
 //! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
-//! film, measure ← cli.
+//! film, measure ← report ← cli.
 //!
 //! # References
 //!
@@ -83,6 +83,7 @@ pub mod photon_map;
 pub mod plan;
 pub mod rays;
 pub mod render;
+pub mod report;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;

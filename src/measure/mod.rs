@@ -5,8 +5,12 @@ pub mod error_picture;
 pub mod flip;
 pub mod mask;
 pub mod metrics;
+pub mod moments;
+pub mod race;
+pub mod reference;
 pub mod ztest;
 
 pub use flip::{flip, hdr_flip};
 pub use metrics::{Metrics, compare};
+pub use moments::Moments;
 pub use ztest::{Agreement, Estimate, agreement, z};
