@@ -1,0 +1,5 @@
+//! The command as users meet it: exit codes, messages, files.
+
+mod compare;
+mod page;
+mod support;
