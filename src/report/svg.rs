@@ -5,6 +5,8 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 460.0;
+/// Of which the title takes so much.
+const ABOVE: f64 = 30.0;
 /// The plot's own rectangle: left, top, right, bottom.
 const FRAME: [f64; 4] = [74.0, 66.0, 566.0, 404.0];
 
@@ -28,11 +30,12 @@ pub fn svg(comparison: &Comparison) -> String {
     text + "</svg>\n"
 }
 
-/// One scene on its own, without style.
+/// One scene on its own, without style and without the title, which stands above it on a page.
 pub fn figure(comparison: &Comparison, scene: &SceneReport) -> String {
     format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time for {}\">\n\
+        "<svg viewBox=\"0 {ABOVE} {WIDTH} {}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time for {}\">\n\
          {}</svg>\n",
+        HEIGHT - ABOVE,
         escape(&scene.scene),
         panel(comparison, scene)
     )
@@ -67,12 +70,11 @@ impl Axis {
     /// Marks within: a value and whether it is labelled (1, 2, 5 where there are few decades, else powers of ten).
     fn ticks(&self) -> Vec<(f64, bool)> {
         let decades = (self.high / self.low).log10();
-        let labelled: &[u32] = if decades < 1.2 {
-            &[1, 2, 3, 5, 7]
-        } else if decades < 2.4 {
-            &[1, 2, 5]
-        } else {
-            &[1]
+        let labelled: &[u32] = match decades {
+            ..0.7 => &[1, 2, 3, 4, 5, 6, 8],
+            ..1.2 => &[1, 2, 3, 5, 7],
+            ..2.4 => &[1, 2, 5],
+            _ => &[1],
         };
         let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
         let marks = (first..=last)
