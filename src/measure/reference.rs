@@ -7,12 +7,13 @@
 
 use super::Moments;
 use crate::error::{Error, Result};
-use crate::film::{Header, Image, Layer, PassImage, read_exr, write_image_exr};
+use crate::film::{Header, Image, Layer, PassImage, Value, read_exr, write_image_exr};
 use crate::gather::Connections;
 use crate::plan::{Method, Plan, Settings};
 use crate::render::render_pass;
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -54,7 +55,8 @@ pub struct Reference {
 /// The reference's own error as relMSE, in the pixels that count.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct OwnError {
-    /// Mean over pixels and channels of its squared standard error / (r² + 0.01²).
+    /// Mean over pixels and channels of its squared standard error / (r² + 0.01²), with no r above the median of its
+    /// neighbours.
     pub noise: f64,
     /// The same of D², less the noise of D itself: an upper bound of the squared bias. None where nothing is known of it;
     /// 0 where there is none.
@@ -99,11 +101,8 @@ impl Reference {
             emitted: take(Layer::Emitted.name()),
             doubled: take(WIDE).zip(take(WIDE_ERROR)),
             method: fact("method").map_or("unknown".into(), ToString::to_string),
-            passes: fact("passes")
-                .and_then(|value| value.as_integer())
-                .and_then(|n| n.try_into().ok())
-                .unwrap_or(0),
-            seconds: fact("seconds").and_then(crate::film::Value::as_real).unwrap_or(0.0),
+            passes: fact("passes").and_then(Value::as_integer).and_then(|n| n.try_into().ok()).unwrap_or(0),
+            seconds: fact("seconds").and_then(Value::as_real).unwrap_or(0.0),
             scene_hash: fact("scene_hash").map(ToString::to_string),
         })
     }
@@ -121,15 +120,35 @@ impl Reference {
         OwnError { noise, bias, total: noise + bias.unwrap_or(0.0) }
     }
 
-    /// Mean over pixels and channels of v²/(r² + 0.01²), as relMSE.
+    /// Mean over pixels and channels of v²/(r² + 0.01²), as relMSE, but with no r above the median of its neighbours:
+    /// a pixel that one rare bright sample has spoiled has a large error and is itself as large, and would otherwise
+    /// count as one of 100 % at the most, where it is thousands.
     fn relative_square(&self, plane: &[Vec3], left_out: &[bool]) -> f64 {
+        let calm = self.calm();
         let (mut sum, mut count) = (0.0, 0_usize);
-        for ((v, r), _) in plane.iter().zip(&self.visible).zip(left_out).filter(|(_, out)| !**out) {
+        for ((v, r), _) in plane.iter().zip(&calm).zip(left_out).filter(|(_, out)| !**out) {
             let (v, r) = (v.as_dvec3(), r.as_dvec3());
             sum += (v * v / (r * r + DVec3::splat(1e-4))).element_sum();
             count += 3;
         }
         sum / count.max(1) as f64
+    }
+
+    /// The picture with each channel no greater than the median of its 3×3 neighbourhood.
+    fn calm(&self) -> Vec<Vec3> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let near = |i: usize, end: usize| i.saturating_sub(1)..=(i + 1).min(end - 1);
+        let median = |x: usize, y: usize, channel: usize| {
+            let around = near(y, height).flat_map(|y| near(x, width).map(move |x| y * width + x));
+            let mut values: Vec<f32> = around.map(|i| self.visible[i][channel]).collect();
+            values.sort_by(f32::total_cmp);
+            values[values.len() / 2]
+        };
+        let pixel = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            Vec3::from_array([0, 1, 2].map(|channel| median(x, y, channel))).min(self.visible[i])
+        };
+        (0..self.visible.len()).into_par_iter().map(pixel).collect()
     }
 }
 
@@ -288,7 +307,7 @@ impl ReferenceMaker {
     fn take_up(&mut self) {
         let Ok(image) = read_exr(&self.file) else { return };
         let count = |name: &str| {
-            let value = image.header.get(name).and_then(|value| value.as_integer());
+            let value = image.header.get(name).and_then(Value::as_integer);
             value.and_then(|n| u32::try_from(n).ok())
         };
         let same = image.header.get("reference_key").is_some_and(|key| key.to_string() == self.key);
@@ -309,7 +328,7 @@ impl ReferenceMaker {
         {
             self.doubled = Moments::resume(passes, mean, error);
         }
-        self.seconds = image.header.get("seconds").and_then(crate::film::Value::as_real).unwrap_or(0.0);
+        self.seconds = image.header.get("seconds").and_then(Value::as_real).unwrap_or(0.0);
         self.from_cache = true;
     }
 }
@@ -353,6 +372,40 @@ mod tests {
         assert!(own.noise > 0.0 && own.bias.is_some_and(|bias| bias >= 0.0) && own.total >= own.noise);
         let read = Reference::read(second.file()).unwrap();
         assert_eq!((read.passes, &read.visible), (after.passes, &after.visible));
+    }
+
+    #[test]
+    fn rare_bright_samples_do_not_hide_behind_their_own_brightness() {
+        // One sample of 1000 in 2000: the mean is 1, and passes are so few that most pixels never meet one.
+        let (side, passes) = (64_u32, 40);
+        let pixels = (side * side) as usize;
+        let mut moments = Moments::new(pixels);
+        for pass in 0..passes {
+            let mut rng = crate::sampling::Rng::new(1, crate::sampling::Stream::Test, pass, 0);
+            let picture: Vec<DVec3> =
+                (0..pixels).map(|_| DVec3::splat(if rng.f32() < 0.0005 { 1000.0 } else { 0.5 })).collect();
+            moments.add(picture);
+        }
+        let reference = Reference {
+            width: side,
+            height: side,
+            visible: moments.mean(),
+            error: moments.standard_error(),
+            emitted: None,
+            doubled: None,
+            method: "path".into(),
+            passes,
+            seconds: 1.0,
+            scene_hash: None,
+        };
+        let none_out = vec![false; pixels];
+        let truth = crate::measure::compare(&reference.visible, &vec![Vec3::ONE; pixels], None).relmse;
+        let own = reference.own_error(&none_out).total;
+        assert!(own > 0.5 * truth, "own {own}, truth {truth}");
+        // What it would be without the median.
+        let pairs = reference.error.iter().zip(&reference.visible);
+        let naive: f64 = pairs.map(|(e, r)| f64::from(e.x / r.x).powi(2)).sum::<f64>() / pixels as f64;
+        assert!(naive < 0.02 * truth, "naive {naive}, truth {truth}");
     }
 
     #[test]

@@ -209,5 +209,6 @@ pub const DEFINITIONS: [&str; 8] = [
      last budget.",
     "Intervals: 95 %, percentile bootstrap over seeds (2000 resamples, the seeds of each method drawn on their own).",
     "A reference whose own error is not ten times below the error measured (both as relMSE) is too noisy. Its noise is \
-     the spread of its passes; where photons made it, its bias is bounded by the change that doubling the radius makes.",
+     the spread of its passes (over r^2 + 0.01^2, with no r above the median of its 3x3 neighbours, so that rare bright \
+     samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes.",
 ];
