@@ -214,16 +214,16 @@ function viewer(section) {
   return panels.length;
 }
 
-async function start() {
+// After `load` all pictures are there, and drawing one decodes it at once: nothing to wait for.
+function start() {
   describe();
   let pictures = 0;
   for (const section of document.querySelectorAll("section.scene")) {
     tables(section, data.scenes[Number(section.dataset.scene)]);
-    await Promise.all([...section.querySelectorAll("img")].map((image) => image.decode()));
     pictures += viewer(section);
   }
   root.dataset.curves = document.querySelectorAll("polyline.curve").length;
   root.dataset.pictures = pictures;
   root.dataset.ready = "1";
 }
-start();
+window.addEventListener("load", start);
