@@ -59,7 +59,7 @@
 //! | footprint | side of what a pixel covers on a surface that faces it | m |
 //!
 //! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
-//! film, measure ← cli.
+//! film, measure ← report ← cli.
 //!
 //! # References
 //!
@@ -84,6 +84,7 @@ pub mod plan;
 pub mod rays;
 pub mod render;
 pub mod rims;
+pub mod report;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;

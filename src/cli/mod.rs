@@ -1,5 +1,6 @@
 //! The command line: one file per command. What the user asked for becomes settings here, once.
 
+mod compare;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
@@ -29,6 +30,8 @@ enum Command {
     Plan(plan::PlanArgs),
     /// Compare a picture with a reference: RMSE, relMSE, bias, e_pixel, mean colour, FLIP.
     Diff(diff::DiffArgs),
+    /// Error against run time: methods, time budgets and seeds against a reference.
+    Compare(Box<compare::CompareArgs>),
 }
 
 /// Parses the command line, runs one command, prints what went wrong as one line.
@@ -57,6 +60,7 @@ fn run(command: Command) -> Result<ExitCode> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(&args),
+        Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Diff(args) => Ok(match diff::run(&args)? {
             diff::Verdict::Within => ExitCode::SUCCESS,
             diff::Verdict::Exceeded => ExitCode::from(1),

@@ -236,7 +236,7 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
-fn size(text: &str) -> std::result::Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     let wrong = || format!("`{text}` is no size; write WIDTHxHEIGHT in pixels, as in 512x512");
     let (width, height) = text.split_once('x').ok_or_else(wrong)?;
     let side =
@@ -244,7 +244,7 @@ fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     Ok((side(width)?, side(height)?))
 }
 
-fn duration(text: &str) -> std::result::Result<Duration, String> {
+pub(super) fn duration(text: &str) -> std::result::Result<Duration, String> {
     let wrong = || format!("`{text}` is no time; write a number with s, m or h, as in 30s");
     let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(split);

@@ -8,10 +8,14 @@ pub mod flip;
 pub mod mask;
 pub mod metrics;
 mod multiplication;
+pub mod moments;
+pub mod race;
+pub mod reference;
 pub mod ztest;
 
 pub use existence::{Existence, with_error};
 pub use flip::{flip, hdr_flip};
 pub use metrics::{Metrics, compare};
 pub use multiplication::Multiplication;
+pub use moments::Moments;
 pub use ztest::{Agreement, Estimate, agreement, z};

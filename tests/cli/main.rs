@@ -1,6 +1,9 @@
 //! The program as a user meets it: messages, exit codes, files.
 
+mod compare;
+mod page;
 mod render;
+mod support;
 mod wrong;
 
 use std::path::Path;

@@ -1,0 +1,401 @@
+//! `halflight compare`: error against run time.
+
+use super::render::{duration, size};
+use super::scene_args::SceneArgs;
+use crate::error::{Error, Result};
+use crate::film::{check_writable, replace_file};
+use crate::measure::race::{Course, Run, race};
+use crate::measure::reference::{Reference, ReferenceMaker, candidates};
+use crate::plan::{Method, Settings};
+use crate::report::evaluate::{MARGIN, MaskRule, evaluate, good_enough, medians};
+use crate::report::{Comparison, SceneReport, csv, data, json, page, svg};
+use crate::scene::Scene;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Error against run time: methods × time budgets × seeds against a reference.
+///
+/// Each method and seed is one render that goes on; its error is measured when each budget is passed. Whichever run has
+/// used the least time renders next, so that noise of the machine hits all alike. Counted is what a user waits for:
+/// loading, planning, ray index, shooting, maps, gathering; not writing files, not measuring errors.
+///
+/// Writes compare.csv and compare.json (every run), compare.svg (curves) and compare.html (curves, tables, pictures).
+///
+/// For example: halflight compare builtin:caustic-box --time 60s --reference-time 30m -o docs/error-vs-time/caustic-box
+#[derive(clap::Args, Clone, Debug)]
+pub struct CompareArgs {
+    /// Scenes: .gltf or .glb files, or builtin:caustic-box, builtin:cornell-spheres, builtin:two-spheres,
+    /// builtin:concentric
+    #[arg(value_name = "SCENE", default_value = "builtin:caustic-box")]
+    scenes: Vec<PathBuf>,
+    /// Illumination over the whole scene, as in `render`; repeated: every scene in each
+    #[arg(long, value_name = "NAME|S,T")]
+    illumination: Vec<String>,
+    /// Illumination of one material, as in `render` (repeatable)
+    #[arg(long, value_name = "MATERIAL=…")]
+    set: Vec<String>,
+    /// Who competes: photon, path, path-plain
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "photon,path,path-plain")]
+    methods: Vec<String>,
+    /// Times at which the error is measured [default: 1s,2s,4s,8s]
+    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = duration, conflicts_with = "time")]
+    budgets: Vec<Duration>,
+    /// Instead of --budgets: this time and its halves, down to 1/64
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time: Option<Duration>,
+    /// Runs of each method, with the seeds 1, 2, …
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: u64,
+    /// Film size in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "256x256", value_parser = size)]
+    size: (u32, u32),
+    /// Photon paths per pass [default: chosen by the plan]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    photons: Option<u32>,
+    /// Camera samples per pixel and pass of the path tracers
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    samples: u32,
+    /// Cut the series after N reflections, as in `render`
+    #[arg(long, value_name = "N")]
+    max_reflections: Option<u32>,
+    /// Measure against this EXR file instead of a reference made here; it needs its layer `error`
+    #[arg(long, value_name = "FILE.exr", conflicts_with_all = ["reference_time", "reference_method"])]
+    reference: Option<PathBuf>,
+    /// The longest time for making the reference; it ends as soon as its own error is ten times below those measured
+    #[arg(long, value_name = "TIME", default_value = "120s", value_parser = duration)]
+    reference_time: Duration,
+    /// Who makes the reference: path (no bias) or photon (for caustics; its bias is measured and stated)
+    /// [default: path; where light reaches surfaces through mirrors or glass the one that promises the smaller error]
+    #[arg(long, value_name = "NAME")]
+    reference_method: Option<String>,
+    /// Where references are kept and taken up again [default: `cache` in the output folder]
+    #[arg(long, value_name = "FOLDER")]
+    cache: Option<PathBuf>,
+    /// Leave out pixels where the reference has a channel above X, beside those that see a luminaire
+    #[arg(long, value_name = "X", default_value_t = 3.0)]
+    mask_above: f32,
+    /// Grow what is left out by N pixels on every side
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    dilate: u32,
+    /// Where the files go
+    #[arg(short, long, value_name = "FOLDER", default_value = "compare")]
+    output: PathBuf,
+    /// Threads [default: all processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+const FILES: [&str; 4] = ["compare.csv", "compare.json", "compare.svg", "compare.html"];
+/// Halves of `--time` that are budgets too.
+const HALVINGS: i32 = 6;
+
+/// Measures, writes the files, and prints who is ahead.
+pub fn run(args: &CompareArgs) -> Result<()> {
+    let methods = args.methods.iter().map(|name| method("--methods", name)).collect::<Result<Vec<_>>>()?;
+    let reference_method = args.reference_method.as_deref();
+    let reference_method = reference_method.map(|name| method("--reference-method", name)).transpose()?;
+    if let Some(twice) = methods.iter().enumerate().find(|(i, m)| methods[..*i].contains(m)) {
+        return Err(Error::Usage(format!("--methods names {} twice; name each once", twice.1.name())));
+    }
+    let scenes = args.scene_args();
+    if args.reference.is_some() && scenes.len() > 1 {
+        return Err(Error::Usage("--reference is of one scene in one light; compare one at a time".into()));
+    }
+    let given = args.reference.as_deref().map(Reference::read).transpose()?;
+    let cache = args.cache.clone().unwrap_or_else(|| args.output.join("cache"));
+    for folder in [&args.output, &cache] {
+        std::fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
+    }
+    FILES.iter().try_for_each(|name| check_writable(&args.output.join(name)))?;
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
+    }
+    let plan = Comparing { args, methods, reference_method, given, cache };
+    let mut reports = Vec::new();
+    for scene in &scenes {
+        reports.push(plan.one(scene)?);
+    }
+    let comparison = plan.comparison(reports);
+    plan.write(&comparison)
+}
+
+/// What was asked for, resolved.
+struct Comparing<'a> {
+    args: &'a CompareArgs,
+    methods: Vec<Method>,
+    reference_method: Option<Method>,
+    given: Option<Reference>,
+    cache: PathBuf,
+}
+
+impl Comparing<'_> {
+    fn say(&self, line: &str) {
+        if !self.args.quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    fn rule(&self) -> MaskRule {
+        MaskRule { above: self.args.mask_above, dilate: self.args.dilate }
+    }
+
+    fn one(&self, scene_args: &SceneArgs) -> Result<SceneReport> {
+        let begin = Instant::now();
+        let scene = scene_args.load()?;
+        let load_seconds = begin.elapsed().as_secs_f64();
+        if let Some(given) = &self.given {
+            self.check(given, &scene)?;
+        }
+        self.say(&format!("{}, {}", scene.name, scene.describe_illumination()));
+        let course = Course {
+            settings: self.args.settings(),
+            methods: self.methods.clone(),
+            seeds: (1..=self.args.seeds).collect(),
+            budgets: self.args.budgets(),
+            load_seconds,
+        };
+        let total = course.budgets.last().copied().unwrap_or(0.0);
+        let mut next = 0.1;
+        let runs = race(&scene, &course, |seconds| {
+            if seconds >= next * total {
+                self.say(&format!("  racing: {seconds:.1} of {total} s"));
+                next = seconds / total + 0.2;
+            }
+        })?;
+        let (reference, file, origin) = match &self.given {
+            Some(given) => {
+                let file = self.args.reference.as_deref().unwrap_or(Path::new(""));
+                (given.clone(), file.display().to_string(), "given".into())
+            }
+            None => self.make_reference(&scene, &course.settings, &runs)?,
+        };
+        if self.rule().left_out(&reference).iter().all(|out| *out) {
+            return Err(Error::Usage(
+                "the mask leaves no pixel to compare; raise --mask-above or lower --dilate".into(),
+            ));
+        }
+        Ok(evaluate(&scene, &runs, &reference, &self.rule(), (file, origin)))
+    }
+
+    /// A reference that cannot be of these runs.
+    fn check(&self, given: &Reference, scene: &Scene) -> Result<()> {
+        let path = self.args.reference.clone().unwrap_or_default();
+        let wrong = |reason: String| Error::Image { path, reason };
+        let (width, height) = self.args.size;
+        if (given.width, given.height) != (width, height) {
+            let (w, h) = (given.width, given.height);
+            return Err(wrong(format!(
+                "{w} x {h} pixels, but --size is {width} x {height}; give --size {w}x{h}"
+            )));
+        }
+        let hash = format!("{:016x}", scene.hash());
+        if given.scene_hash.as_ref().is_some_and(|of| *of != hash) {
+            return Err(wrong(format!(
+                "it shows another scene or light than {}; render it again",
+                scene.name
+            )));
+        }
+        Ok(())
+    }
+
+    /// Takes up or makes a reference, and goes on until it is good enough or the time is over.
+    fn make_reference(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        runs: &[Run],
+    ) -> Result<(Reference, String, String)> {
+        let (mut maker, why) = self.choose_reference(scene, settings)?;
+        let (method, limit) = (maker.method(), self.args.reference_time.as_secs_f64());
+        let from = if maker.from_cache { "taken up from" } else { "kept in" };
+        self.say(&format!("  reference by {} ({why}), {from} {}", method.name(), maker.file().display()));
+        loop {
+            let reference = maker.reference();
+            let left_out = self.rule().left_out(&reference);
+            let own = reference.own_error(&left_out);
+            let medians = medians(runs, &reference, &left_out);
+            let smallest = medians.iter().map(|m| m.2).fold(f64::INFINITY, f64::min);
+            self.say(&format!(
+                "  reference: {:.1} s, {} passes, own error {:.2e} (noise {:.2e}, bias {:.2e}), {:.1} times below {smallest:.2e}",
+                reference.seconds,
+                reference.passes,
+                own.total,
+                own.noise,
+                own.bias.unwrap_or(0.0),
+                smallest / own.total
+            ));
+            if good_enough(&medians, &own) || maker.seconds() >= limit {
+                let origin = format!("made by {} ({why})", method.name());
+                return Ok((reference, maker.file().display().to_string(), origin));
+            }
+            // In steps of half as much again, so that little is done in vain.
+            maker.extend_to((1.5 * maker.seconds()).min(limit))?;
+        }
+    }
+
+    /// The one asked for; else of those that fit the scene the one whose error after a first thirtieth of the time
+    /// promises to be the smallest in the end.
+    fn choose_reference(&self, scene: &Scene, settings: &Settings) -> Result<(ReferenceMaker, String)> {
+        let fitting = match self.reference_method {
+            Some(method) => vec![method],
+            None => candidates(scene, settings),
+        };
+        let limit = self.args.reference_time.as_secs_f64();
+        let mut tried = Vec::new();
+        for &method in &fitting {
+            let mut maker = ReferenceMaker::new(scene, settings, method, &self.cache)?;
+            if !maker.from_cache {
+                maker.extend_to(limit / 30.0)?;
+            }
+            let reference = maker.reference();
+            let own = reference.own_error(&self.rule().left_out(&reference));
+            let promise = own.after(method, limit.max(maker.seconds()) / maker.seconds());
+            tried.push((promise, maker));
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let why = match (&tried[..], self.reference_method) {
+            (_, Some(_)) => "asked for".to_owned(),
+            ([(best, _), (second, other)], _) => {
+                let other = other.method().name();
+                format!("promises an error of {best:.1e} in the time given, {other} {second:.1e}")
+            }
+            _ => "no light reaches a surface through mirrors or glass, so it converges, without bias"
+                .to_owned(),
+        };
+        Ok((tried.swap_remove(0).1, why))
+    }
+
+    fn comparison(&self, scenes: Vec<SceneReport>) -> Comparison {
+        let command: Vec<String> = std::env::args().skip(1).collect();
+        Comparison {
+            program: concat!("halflight ", env!("CARGO_PKG_VERSION")).into(),
+            command: format!("halflight {}", command.join(" ")),
+            threads: rayon::current_num_threads(),
+            width: self.args.size.0,
+            height: self.args.size.1,
+            methods: self.methods.iter().map(|method| method.name()).collect(),
+            seeds: (1..=self.args.seeds).collect(),
+            budgets: self.args.budgets(),
+            definitions: data::DEFINITIONS.to_vec(),
+            scenes,
+        }
+    }
+
+    /// Raw runs in any case; curves and page only where references bear them.
+    fn write(&self, comparison: &Comparison) -> Result<()> {
+        let file = |name: &str| self.args.output.join(name);
+        let put = |name: &str, text: String| replace_file(&file(name), |out| out.write_all(text.as_bytes()));
+        put("compare.csv", csv(comparison))?;
+        put("compare.json", json(comparison))?;
+        if let Some(scene) = comparison.scenes.iter().find(|scene| scene.reference.refused) {
+            return Err(Error::Usage(refusal(scene, self.given.is_some())));
+        }
+        put("compare.svg", svg(comparison))?;
+        put("compare.html", page(comparison).map_err(|e| cannot_write(&file("compare.html"), &e))?)?;
+        for scene in &comparison.scenes {
+            for pair in &scene.pairs {
+                let (error, time) = (&pair.error_ratio, &pair.time_ratio);
+                self.say(&format!(
+                    "{}, {}: relMSE of {} over that of {} at {:.1} s: {:.3} [{:.3}, {:.3}]; time to {:.2e}: {} {:.3} [{:.3}, {:.3}]",
+                    scene.scene,
+                    scene.illumination,
+                    pair.b,
+                    pair.a,
+                    pair.seconds,
+                    error.value,
+                    error.low,
+                    error.high,
+                    pair.relmse,
+                    pair.time_relation,
+                    time.value,
+                    time.low,
+                    time.high
+                ));
+            }
+        }
+        self.say(&format!("wrote {}", FILES.map(|name| file(name).display().to_string()).join(", ")));
+        Ok(())
+    }
+}
+
+fn refusal(scene: &SceneReport, given: bool) -> String {
+    let reference = &scene.reference;
+    let way_out = if given {
+        "render it with more passes".to_owned()
+    } else {
+        // The error falls about as 1/time, or more slowly where photons make it.
+        let factor = MARGIN / reference.margin;
+        let wanted = reference.seconds * if reference.method == "photon" { factor.powf(1.5) } else { factor };
+        format!("give about --reference-time {:.0}s, it goes on from where it is", 1.2 * wanted)
+    };
+    format!(
+        "{}: the reference's own error (relMSE {:.1e}) is only {:.1} times below the smallest error measured, and must be \
+         {MARGIN} times below; {way_out}; too noisy for {}; compare.csv and compare.json have the raw runs",
+        scene.scene,
+        reference.own_error.total,
+        reference.margin,
+        reference.too_noisy_for.join(", ")
+    )
+}
+
+impl CompareArgs {
+    /// Every scene in every light.
+    fn scene_args(&self) -> Vec<SceneArgs> {
+        let mut lights: Vec<Option<String>> = self.illumination.iter().cloned().map(Some).collect();
+        if lights.is_empty() {
+            lights.push(None);
+        }
+        let in_lights = |scene: &PathBuf| {
+            let args = |illumination: &Option<String>| SceneArgs {
+                scene: scene.clone(),
+                illumination: illumination.clone(),
+                set: self.set.clone(),
+            };
+            lights.iter().map(args).collect::<Vec<_>>()
+        };
+        self.scenes.iter().flat_map(in_lights).collect()
+    }
+
+    /// Seconds, ascending.
+    fn budgets(&self) -> Vec<f64> {
+        if let Some(time) = self.time {
+            return (0..=HALVINGS).rev().map(|i| time.as_secs_f64() * 0.5_f64.powi(i)).collect();
+        }
+        let mut budgets: Vec<f64> = self.budgets.iter().map(Duration::as_secs_f64).collect();
+        if budgets.is_empty() {
+            budgets = vec![1.0, 2.0, 4.0, 8.0];
+        }
+        budgets.sort_by(f64::total_cmp);
+        budgets.dedup();
+        budgets
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            width: self.size.0,
+            height: self.size.1,
+            paths: self.photons,
+            samples: self.samples,
+            max_reflections: self.max_reflections,
+            ..Settings::default()
+        }
+    }
+}
+
+fn method(option: &str, name: &str) -> Result<Method> {
+    let all = [Method::Photon, Method::Path, Method::PathPlain];
+    all.into_iter().find(|method| method.name() == name).ok_or_else(|| {
+        let known = all.map(Method::name).join(", ");
+        Error::Usage(format!("{option}: there is no method '{name}'; the methods are {known}"))
+    })
+}
+
+fn cannot_write(path: &Path, e: &std::io::Error) -> Error {
+    Error::Write { path: path.into(), reason: e.to_string() }
+}

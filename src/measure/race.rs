@@ -1,0 +1,148 @@
+//! Several methods and seeds on one scene, side by side, timed as a user would time them.
+//!
+//! Whichever run has used the least time renders the next pass, so that all advance together and what disturbs the
+//! machine hits all alike.
+
+use crate::error::Result;
+use crate::film::Layer;
+use crate::plan::{Method, Settings};
+use crate::render::Render;
+use crate::scene::Scene;
+use glam::Vec3;
+use std::time::Instant;
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// Common to all runs; method and seed are set for each.
+    pub settings: Settings,
+    /// Who takes part.
+    pub methods: Vec<Method>,
+    /// One run of each method for each of these.
+    pub seeds: Vec<u64>,
+    /// Times in seconds at which pictures are kept, ascending.
+    pub budgets: Vec<f64>,
+    /// What loading the scene took, in seconds: a user waits for it in every run.
+    pub load_seconds: f64,
+}
+
+/// One method with one seed.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Who transported light.
+    pub method: Method,
+    /// From which all randomness follows.
+    pub seed: u64,
+    /// Seconds for loading and planning (the pilot and the ray index included); part of every snapshot's time.
+    pub setup_seconds: f64,
+    /// Photon paths shot in a pass.
+    pub paths_per_pass: u64,
+    /// Camera samples taken in a pass.
+    pub samples_per_pass: u64,
+    /// One for each budget, in order.
+    pub snapshots: Vec<Snapshot>,
+}
+
+/// The picture at the end of the pass in which a budget was passed.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// The budget, in seconds.
+    pub budget: f64,
+    /// The time really used: set-up and all passes with their adding to the film. Neither writing files nor measuring
+    /// errors is counted.
+    pub seconds: f64,
+    /// Passes in the picture.
+    pub passes: u32,
+    /// The visible layer.
+    pub picture: Vec<Vec3>,
+}
+
+struct Runner {
+    render: Render,
+    seconds: f64,
+    run: Run,
+}
+
+/// Runs all methods and seeds until each has passed the last budget; `progress` is told the seconds that the slowest
+/// run has used. Pictures depend on the seed alone, times on the machine.
+///
+/// # Errors
+/// A method that cannot render the scene.
+pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Result<Vec<Run>> {
+    let last = course.budgets.last().copied().unwrap_or(0.0);
+    let mut runners = Vec::new();
+    for &seed in &course.seeds {
+        for &method in &course.methods {
+            runners.push(start(scene, course, method, seed)?);
+        }
+    }
+    loop {
+        let waiting = runners.iter_mut().filter(|runner| runner.run.snapshots.len() < course.budgets.len());
+        let Some(next) = waiting.min_by(|a, b| a.seconds.total_cmp(&b.seconds)) else { break };
+        progress(next.seconds.min(last));
+        next.pass(&course.budgets);
+    }
+    Ok(runners.into_iter().map(|runner| runner.run).collect())
+}
+
+fn start(scene: &Scene, course: &Course, method: Method, seed: u64) -> Result<Runner> {
+    let (scene, settings) = (scene.clone(), Settings { method, seed, ..course.settings.clone() });
+    let begin = Instant::now();
+    let render = Render::new(scene, settings, &[Layer::Visible])?;
+    let seconds = course.load_seconds + begin.elapsed().as_secs_f64();
+    let Settings { width, height, samples, .. } = course.settings;
+    let pixels = u64::from(width) * u64::from(height);
+    let run = Run {
+        method,
+        seed,
+        setup_seconds: seconds,
+        paths_per_pass: render.plan().photons.as_ref().map_or(0, |photons| photons.paths.into()),
+        samples_per_pass: pixels * if method == Method::Photon { 1 } else { u64::from(samples) },
+        snapshots: Vec::new(),
+    };
+    Ok(Runner { render, seconds, run })
+}
+
+impl Runner {
+    fn pass(&mut self, budgets: &[f64]) {
+        let begin = Instant::now();
+        self.render.pass();
+        self.seconds += begin.elapsed().as_secs_f64();
+        let passed = budgets[self.run.snapshots.len()..].iter().take_while(|&&budget| self.seconds >= budget);
+        for &budget in passed {
+            let film = self.render.film();
+            let picture = film.mean(Layer::Visible);
+            let snapshot = Snapshot { budget, seconds: self.seconds, passes: film.passes(), picture };
+            self.run.snapshots.push(snapshot);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_pass_every_budget_and_pictures_are_those_of_a_render() {
+        let scene = Scene::load("builtin:cornell-spheres").unwrap();
+        let settings = Settings { width: 16, height: 16, paths: Some(2000), ..Settings::default() };
+        let course = Course {
+            settings: settings.clone(),
+            methods: vec![Method::Photon, Method::Path],
+            seeds: vec![3, 4],
+            budgets: vec![0.02, 0.05],
+            load_seconds: 0.001,
+        };
+        let runs = race(&scene, &course, |_| {}).unwrap();
+        assert_eq!(runs.len(), 4);
+        for run in &runs {
+            assert!(run.setup_seconds > 0.001 && run.snapshots.len() == 2);
+            let snapshot = &run.snapshots[1];
+            assert!(snapshot.seconds >= 0.05 && snapshot.passes >= run.snapshots[0].passes);
+            let again = Settings { method: run.method, seed: run.seed, ..settings.clone() };
+            let mut render = Render::new(scene.clone(), again, &[]).unwrap();
+            (0..snapshot.passes).for_each(|_| render.pass());
+            assert_eq!(render.film().mean(Layer::Visible), snapshot.picture);
+        }
+    }
+}

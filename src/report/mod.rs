@@ -1,0 +1,21 @@
+//! From measurements to what people read: tables, curves, one page.
+
+mod csv;
+pub mod data;
+pub mod evaluate;
+mod page;
+mod pictures;
+pub mod stats;
+mod svg;
+
+pub use csv::csv;
+pub use data::{Comparison, SceneReport};
+pub use page::page;
+pub use svg::svg;
+
+/// The whole comparison as JSON: every run, and every number that the page shows.
+pub fn json(comparison: &Comparison) -> String {
+    let mut text = serde_json::to_string_pretty(comparison).expect("plain data");
+    text.push('\n');
+    text
+}

@@ -1,0 +1,293 @@
+//! Curves of relMSE over time, log-log, as SVG that is legible on light and dark ground.
+
+use super::data::{Comparison, Curve, Interval, SceneReport};
+use std::fmt::Write;
+
+const WIDTH: f64 = 760.0;
+const HEIGHT: f64 = 460.0;
+/// Of which the title takes so much.
+const ABOVE: f64 = 30.0;
+/// The plot's own rectangle: left, top, right, bottom.
+const FRAME: [f64; 4] = [74.0, 66.0, 566.0, 404.0];
+
+/// Style of the curves; the page has it too.
+pub const STYLE: &str = include_str!("curves.css");
+
+/// All scenes below each other, two in a row where there are more than two.
+pub fn svg(comparison: &Comparison) -> String {
+    let columns = if comparison.scenes.len() > 2 { 2 } else { 1 };
+    let rows = comparison.scenes.len().div_ceil(columns).max(1);
+    let (width, height) = (WIDTH * columns as f64, HEIGHT * rows as f64);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+         height=\"{height}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time\">\n<style>{STYLE}</style>\n\
+         <rect class=\"ground\" width=\"100%\" height=\"100%\"/>\n"
+    );
+    for (i, scene) in comparison.scenes.iter().enumerate() {
+        let (x, y) = (WIDTH * (i % columns) as f64, HEIGHT * (i / columns) as f64);
+        text += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", panel(comparison, scene));
+    }
+    text + "</svg>\n"
+}
+
+/// One scene on its own, without style and without the title, which stands above it on a page.
+pub fn figure(comparison: &Comparison, scene: &SceneReport) -> String {
+    format!(
+        "<svg viewBox=\"0 {ABOVE} {WIDTH} {}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time for {}\">\n\
+         {}</svg>\n",
+        HEIGHT - ABOVE,
+        escape(&scene.scene),
+        panel(comparison, scene)
+    )
+}
+
+/// A logarithmic axis.
+struct Axis {
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Axis {
+    /// Covers all positive values, with a little room.
+    fn over(values: impl Iterator<Item = f64>, from: f64, to: f64, room: f64) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        for value in values.filter(|value| value.is_finite() && *value > 0.0) {
+            (low, high) = (low.min(value), high.max(value));
+        }
+        if low > high {
+            (low, high) = (1.0, 10.0);
+        }
+        Self { low: low / room, high: high * room, from, to }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        let share = (value / self.low).ln() / (self.high / self.low).ln();
+        self.from + (self.to - self.from) * share
+    }
+
+    /// Marks within: a value and whether it is labelled (1, 2, 5 where there are few decades, else powers of ten).
+    fn ticks(&self) -> Vec<(f64, bool)> {
+        let decades = (self.high / self.low).log10();
+        let labelled: &[u32] = match decades {
+            ..0.7 => &[1, 2, 3, 4, 5, 6, 8],
+            ..1.2 => &[1, 2, 3, 5, 7],
+            ..2.4 => &[1, 2, 5],
+            _ => &[1],
+        };
+        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
+        let marks = (first..=last)
+            .flat_map(|power| (1..10_u32).map(move |digit| (digit, f64::from(digit) * 10_f64.powi(power))));
+        marks
+            .filter(|(_, value)| (self.low..=self.high).contains(value))
+            .map(|(digit, value)| (value, labelled.contains(&digit)))
+            .collect()
+    }
+}
+
+fn panel(comparison: &Comparison, scene: &SceneReport) -> String {
+    let [left, top, right, bottom] = FRAME;
+    let points = || scene.curves.iter().flat_map(|curve| &curve.points);
+    let own = scene.reference.own_error.total;
+    let x = Axis::over(points().map(|point| point.seconds), left, right, 1.12);
+    let y = Axis::over(
+        points().flat_map(|point| [point.low, point.high, point.relmse]).chain([own]),
+        bottom,
+        top,
+        1.25,
+    );
+    let mut text = String::new();
+    let (seeds, threads) = (comparison.seeds.len(), comparison.threads);
+    let _ = writeln!(text, "<text class=\"title\" x=\"{left}\" y=\"26\">{}</text>", escape(&title(scene)));
+    let _ = writeln!(
+        text,
+        "<text class=\"note\" x=\"{left}\" y=\"46\">relMSE, median and 80 % band of {seeds} seeds; {}×{}, {threads} thread{}</text>",
+        comparison.width,
+        comparison.height,
+        if threads == 1 { "" } else { "s" }
+    );
+    grid(&mut text, &x, &y);
+    if own > 0.0 && own.is_finite() {
+        let place = y.place(own);
+        let _ = writeln!(
+            text,
+            "<line class=\"own\" x1=\"{left}\" y1=\"{place:.1}\" x2=\"{right}\" y2=\"{place:.1}\"/>\n\
+             <text class=\"note\" x=\"{}\" y=\"{:.1}\">reference’s own error</text>",
+            left + 8.0,
+            place - 6.0
+        );
+    }
+    for curve in &scene.curves {
+        draw(&mut text, curve, &x, &y);
+    }
+    legend(&mut text, &scene.curves, &y);
+    text
+}
+
+/// Scene and light in one line.
+pub fn title(scene: &SceneReport) -> String {
+    let short = |text: &str, most: usize| match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    };
+    let name = scene.scene.rsplit(['/', ':']).next().unwrap_or(&scene.scene);
+    format!("{}, {}", short(name, 40), short(&scene.illumination, 48))
+}
+
+fn grid(text: &mut String, x: &Axis, y: &Axis) {
+    let [left, top, right, bottom] = FRAME;
+    for (value, labelled) in x.ticks() {
+        let (place, class) = (x.place(value), if labelled { "grid" } else { "grid fine" });
+        let _ = writeln!(
+            text,
+            "<line class=\"{class}\" x1=\"{place:.1}\" y1=\"{top}\" x2=\"{place:.1}\" y2=\"{bottom}\"/>"
+        );
+        if labelled {
+            let _ = writeln!(
+                text,
+                "<text class=\"tick\" text-anchor=\"middle\" x=\"{place:.1}\" y=\"{}\">{}</text>",
+                bottom + 18.0,
+                plain(value)
+            );
+        }
+    }
+    for (value, labelled) in y.ticks() {
+        let (place, class) = (y.place(value), if labelled { "grid" } else { "grid fine" });
+        let _ = writeln!(
+            text,
+            "<line class=\"{class}\" x1=\"{left}\" y1=\"{place:.1}\" x2=\"{right}\" y2=\"{place:.1}\"/>"
+        );
+        if labelled {
+            let _ = writeln!(
+                text,
+                "<text class=\"tick\" text-anchor=\"end\" x=\"{}\" y=\"{:.1}\">{}</text>",
+                left - 8.0,
+                place + 4.0,
+                plain(value)
+            );
+        }
+    }
+    let middle = 0.5 * (left + right);
+    let _ = writeln!(
+        text,
+        "<text class=\"axis\" text-anchor=\"middle\" x=\"{middle}\" y=\"{}\">seconds, set-up included</text>\n\
+         <rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>",
+        bottom + 40.0,
+        right - left,
+        bottom - top
+    );
+}
+
+fn draw(text: &mut String, curve: &Curve, x: &Axis, y: &Axis) {
+    let at = |seconds: f64, error: f64| {
+        format!("{:.1},{:.1}", x.place(seconds), y.place(error.max(y.low)).clamp(FRAME[1], FRAME[3]))
+    };
+    let drawn: Vec<_> =
+        curve.points.iter().filter(|point| point.relmse > 0.0 && point.relmse.is_finite()).collect();
+    let upper = drawn.iter().map(|point| at(point.seconds, point.high));
+    let lower = drawn.iter().rev().map(|point| at(point.seconds, point.low));
+    let band: Vec<_> = upper.chain(lower).collect();
+    let line: Vec<_> = drawn.iter().map(|point| at(point.seconds, point.relmse)).collect();
+    let _ = writeln!(text, "<g class=\"method {}\">", curve.method);
+    let _ = writeln!(text, "<polygon class=\"band\" points=\"{}\"/>", band.join(" "));
+    let _ = writeln!(text, "<polyline class=\"curve\" points=\"{}\"/>", line.join(" "));
+    for point in drawn {
+        let (cx, cy) = (x.place(point.seconds), y.place(point.relmse));
+        let noisy = if point.reference_too_noisy { "; reference too noisy" } else { "" };
+        let _ = writeln!(
+            text,
+            "<g class=\"point{}\">{}<title>{}: {:.2} s, relMSE {:.3e} [{:.3e}, {:.3e}]{noisy}</title></g>",
+            if noisy.is_empty() { "" } else { " noisy" },
+            marker(curve.method, cx, cy),
+            curve.method,
+            point.seconds,
+            point.relmse,
+            point.low,
+            point.high
+        );
+    }
+    *text += "</g>\n";
+}
+
+/// A shape of its own for each method, so that colour is not all that tells them apart.
+fn marker(method: &str, x: f64, y: f64) -> String {
+    match method {
+        "photon" => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\"/>"),
+        "path" => format!("<rect x=\"{:.1}\" y=\"{:.1}\" width=\"8\" height=\"8\"/>", x - 4.0, y - 4.0),
+        _ => format!("<path d=\"M{:.1} {:.1}l5 9h-10z\"/>", x, y - 5.5),
+    }
+}
+
+/// Names beside the ends of the curves, moved apart where they would overlap.
+fn legend(text: &mut String, curves: &[Curve], y: &Axis) {
+    const STEP: f64 = 38.0;
+    let [_, top, right, bottom] = FRAME;
+    let end = |curve: &Curve| {
+        let error = curve.points.last().map_or(f64::NAN, |point| point.relmse);
+        if error > 0.0 && error.is_finite() { y.place(error) } else { top }
+    };
+    let mut places: Vec<(f64, &Curve)> = curves.iter().map(|curve| (end(curve), curve)).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for i in 1..places.len() {
+        places[i].0 = places[i].0.max(places[i - 1].0 + STEP);
+    }
+    let mut limit = bottom - 16.0;
+    for (place, _) in places.iter_mut().rev() {
+        *place = place.min(limit);
+        limit = *place - STEP;
+    }
+    for (place, curve) in places {
+        let slope =
+            curve.slope.map_or("slope not known".to_owned(), |slope| format!("slope {}", interval(&slope)));
+        let _ = writeln!(
+            text,
+            "<g class=\"method {}\">{}<text class=\"name\" x=\"{}\" y=\"{:.1}\">{}</text>\
+             <text class=\"note\" x=\"{}\" y=\"{:.1}\">{slope}</text></g>",
+            curve.method,
+            marker(curve.method, right + 16.0, place),
+            right + 28.0,
+            place + 4.0,
+            curve.method,
+            right + 28.0,
+            place + 20.0
+        );
+    }
+}
+
+fn interval(slope: &Interval) -> String {
+    let signed = |value: f64| format!("{value:.2}").replace('-', "−");
+    format!("{} [{}, {}]", signed(slope.value), signed(slope.low), signed(slope.high))
+}
+
+/// A power of ten or a multiple of it, as people write it.
+fn plain(value: f64) -> String {
+    if (0.001..10_000.0).contains(&value) {
+        let digits = (-value.log10().floor()).max(0.0) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.0e}").replace('-', "−")
+    }
+}
+
+/// Text for XML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_written_plainly_and_lie_within() {
+        assert_eq!([0.002, 0.5, 1.0, 20.0].map(plain), ["0.002", "0.5", "1", "20"]);
+        assert_eq!(plain(2e-5), "2e−5");
+        let axis = Axis::over([0.9, 70.0].into_iter(), 0.0, 100.0, 1.1);
+        let ticks = axis.ticks();
+        assert!(ticks.iter().all(|(value, _)| (0.0..=100.0).contains(&axis.place(*value))));
+        let labelled: Vec<_> = ticks.iter().filter(|t| t.1).map(|t| plain(t.0)).collect();
+        assert_eq!(labelled, ["1", "2", "5", "10", "20", "50"]);
+        assert!(axis.place(0.9) > 0.0 && axis.place(70.0) < 100.0);
+    }
+}
