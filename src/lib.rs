@@ -59,7 +59,7 @@
 //! | footprint | side of what a pixel covers on a surface that faces it | m |
 //!
 //! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
-//! film, measure ← cli.
+//! film, measure ← stability ← cli.
 //!
 //! # References
 //!
@@ -86,3 +86,4 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;
+pub mod stability;

@@ -1,5 +1,6 @@
 //! The command line: one file per command. What the user asked for becomes settings here, once.
 
+mod check;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
@@ -27,13 +28,15 @@ enum Command {
     Render(render::RenderArgs),
     /// Say what a scene needs, what is left out and why.
     Plan(plan::PlanArgs),
+    /// Check numerical stability: a scene's, or a suite of stiff and extreme cases against closed forms.
+    Check(check::CheckArgs),
     /// Compare a picture with a reference: RMSE, relMSE, bias, e_pixel, mean colour, FLIP.
     Diff(diff::DiffArgs),
 }
 
 /// Parses the command line, runs one command, prints what went wrong as one line.
 ///
-/// Exit codes: 0 done, 1 a limit of `diff` exceeded, 2 what the user gave is wrong, 3 no image exists.
+/// Exit codes: 0 done, 1 a limit of `diff` exceeded or a promise of `check` not kept, 2 what the user gave is wrong, 3 no image exists.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -57,6 +60,7 @@ fn run(command: Command) -> Result<ExitCode> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(&args),
+        Command::Check(args) => check::run(args),
         Command::Diff(args) => Ok(match diff::run(&args)? {
             diff::Verdict::Within => ExitCode::SUCCESS,
             diff::Verdict::Exceeded => ExitCode::from(1),
