@@ -68,13 +68,19 @@ impl<P: Power> PhotonMap<P> {
     /// The power (W) of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no
     /// more than `most_reflections`; divided by π radius² this is irradiance. Sums are taken in the order of the tree.
     pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> P {
-        let mut sum = P::default();
+        // Runs of 1024, then the sum of runs: a million equal powers added one by one in f32 are off by 1 %.
+        let (mut sum, mut run, mut length) = (P::default(), P::default(), 0_u32);
         self.near(position, normal, radius, |photon| {
             if photon.reflections <= most_reflections {
-                sum += photon.power;
+                run += photon.power;
+                length += 1;
+                if length.is_multiple_of(1024) {
+                    sum += run;
+                    run = P::default();
+                }
             }
         });
-        sum
+        sum + run
     }
 
     /// How many photons [`flux`](Self::flux) meets.

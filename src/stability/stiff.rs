@@ -38,11 +38,11 @@ fn furnace_scene(albedo: f32) -> Scene {
 fn furnace(effort: Effort) -> Vec<Check> {
     let albedos: &[(f32, u32, u32)] = &[
         // albedo, paths a pass, passes: about as many reflections each
-        (0.9, 20_000, 24),
-        (0.99, 4_000, 24),
-        (0.999, 400, 24),
-        (0.9999, 60, 16),
-        (0.99999, 6, 16),
+        (0.9, 60_000, 24),
+        (0.99, 6_000, 24),
+        (0.999, 16, 24),
+        (0.9999, 2, 16),
+        (0.99999, 1, 12),
         (0.999_999, 1, 8),
     ];
     let kept = if effort == Effort::Full { albedos } else { &albedos[..4] };
