@@ -47,9 +47,9 @@ const FIRST_LOOK: f64 = 1.5e6;
 /// Photons of a batch: from where the bias O(1/N) is below the error to where more would only cost.
 const POPULATION: [f64; 2] = [256.0, 2048.0];
 /// Near one, photons are doubled up to so many times, to tell k from one.
-const MOST_DOUBLINGS: u32 = 3;
+const MOST_DOUBLINGS: u32 = 4;
 /// By so many standard errors.
-const TOLD_APART: f64 = 4.0;
+const TOLD_APART: f64 = 6.0;
 
 /// Measures k; `chain` says which halves go on. Equal arguments give equal bits for any number of threads.
 pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> Multiplication {

@@ -47,6 +47,8 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of the third vertex.
     pub v: f32,
+    /// The ray meets the triangle's back.
+    pub back: bool,
 }
 
 /// The class of triangles that let nothing straight through.
@@ -80,7 +82,7 @@ thread_local! {
 /// What a query needs and the next one can use again.
 struct Scratch {
     stack: Vec<u64>,
-    passed: Vec<(f32, u32, u32)>,
+    passed: Vec<((f32, bool, u32), u32)>,
 }
 
 impl Rays {
@@ -126,12 +128,12 @@ impl Rays {
         self.query(ray, Closest { t_max: ray.t_max, best: None }).best
     }
 
-    /// All triangles along the ray in order of (t, triangle), up to and including the first that lets nothing straight through.
+    /// All triangles along the ray in order of (t, front before back, triangle), up to and including the first that lets nothing straight through.
     pub fn crossings(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
         match self.through {
             Through::Nothing => hits.extend(self.closest(ray)),
-            _ => self.query(ray, UpToBlocker { hits, end: (ray.t_max, u32::MAX) }).finish(),
+            _ => self.query(ray, UpToBlocker { hits, end: (ray.t_max, true, u32::MAX) }).finish(),
         }
     }
 

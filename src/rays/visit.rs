@@ -5,9 +5,10 @@ use super::{BLOCKER, Hit};
 use crate::light::Matrix;
 use std::ops::ControlFlow;
 
-/// The order in which crossings are met.
-pub(super) fn order(hit: &Hit) -> (f32, u32) {
-    (hit.t, hit.triangle)
+/// The order in which crossings are met. Of faces that coincide the front comes first: a sheet made of two opposite
+/// faces shows each side its own.
+pub(super) fn order(hit: &Hit) -> (f32, bool, u32) {
+    (hit.t, hit.back, hit.triangle)
 }
 
 /// Keeps the first crossing.
@@ -36,8 +37,8 @@ impl Visit for Closest {
 /// Keeps all crossings up to the first blocker.
 pub(super) struct UpToBlocker<'a> {
     pub hits: &'a mut Vec<Hit>,
-    /// Order of the first blocker so far; (`t_max`, `u32::MAX`) where there is none.
-    pub end: (f32, u32),
+    /// Order of the first blocker so far; (`t_max`, true, `u32::MAX`) where there is none.
+    pub end: (f32, bool, u32),
 }
 
 impl Visit for UpToBlocker<'_> {
@@ -63,7 +64,9 @@ impl Visit for UpToBlocker<'_> {
 impl UpToBlocker<'_> {
     /// Sorts, and cuts what lies behind the blocker.
     pub fn finish(self) {
-        self.hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        self.hits.sort_unstable_by(|a, b| {
+            a.t.total_cmp(&b.t).then((a.back, a.triangle).cmp(&(b.back, b.triangle)))
+        });
         let reached = self.hits.partition_point(|hit| order(hit) <= self.end);
         self.hits.truncate(reached);
     }
@@ -115,8 +118,8 @@ impl Visit for Product<'_> {
 /// All crossings with their classes, for a product that must be taken in order.
 pub(super) struct Passed<'a> {
     pub t_max: f32,
-    /// t, triangle, class.
-    pub passed: &'a mut Vec<(f32, u32, u32)>,
+    /// Order, class.
+    pub passed: &'a mut Vec<((f32, bool, u32), u32)>,
     pub blocked: bool,
 }
 
@@ -134,7 +137,7 @@ impl Visit for Passed<'_> {
             self.blocked = true;
             return ControlFlow::Break(());
         }
-        self.passed.push((hit.t, hit.triangle, class));
+        self.passed.push((order(&hit), class));
         ControlFlow::Continue(())
     }
 }
@@ -145,7 +148,7 @@ impl Passed<'_> {
         if self.blocked {
             return Matrix::ZERO;
         }
-        self.passed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.2 as usize])
+        self.passed.sort_unstable_by(|(a, _), (b, _)| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.1 as usize])
     }
 }

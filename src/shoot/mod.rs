@@ -2,6 +2,7 @@
 
 mod emission;
 
+pub(crate) use emission::ALIKE;
 pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
 
 use crate::light::{Light, Power};

@@ -5,7 +5,7 @@ use super::{Case, Check, Effort};
 use crate::light::Invisible;
 use crate::photon_map::PhotonMap;
 use crate::plan::{Direct, Settings};
-use crate::scene::{Illumination, Scene};
+use crate::scene::{Illumination, Projection, Scene};
 use crate::shoot::Photon;
 use glam::Vec3;
 
@@ -31,7 +31,7 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 fn furnace(albedo: f32) -> Scene {
-    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.2, 0.1, 0.3), Vec3::X, 1.0));
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
     let wall = build.glowing(albedo, 1.0);
     build.room(-Vec3::ONE, Vec3::ONE, wall);
     build.finish()
@@ -39,9 +39,9 @@ fn furnace(albedo: f32) -> Scene {
 
 fn one_photon(effort: Effort) -> Vec<Check> {
     // One photon shows only in pixels within its radius: a wide one.
-    let settings = Settings { indirect_radius: 4.0, ..film(8, 8, 1) };
-    let passes = if effort == Effort::Full { 200_000 } else { 60_000 };
-    vec![mean_is("a path a pass", furnace(0.5), settings, passes, 2.0, 0.003)]
+    let settings = Settings { indirect_radius: 8.0, ..film(8, 8, 1) };
+    let passes = if effort == Effort::Full { 200_000 } else { 80_000 };
+    vec![mean_is("a path a pass", furnace(0.3), settings, passes, 1.0 / (1.0 - f64::from(0.3_f32)), 1e-3)]
 }
 
 fn no_photons(_: Effort) -> Vec<Check> {
@@ -100,21 +100,21 @@ fn one_plane(_: Effort) -> Vec<Check> {
 }
 
 fn film_shapes(_: Effort) -> Vec<Check> {
-    let mut checks = Vec::new();
-    for (width, height) in [(1, 1), (8192, 4), (4, 2048)] {
-        let settings = Settings { indirect_radius: 1.0, ..film(width, height, 20_000) };
-        let passes = if width * height == 1 { 64 } else { 16 };
-        let mut scene = furnace(0.5);
-        // A narrow view along the film's shorter side, so that its longer one stays below a half circle.
-        let yfov = if width > height { 5e-4 } else { 1.0 };
-        scene.camera.projection = crate::scene::Projection::Perspective { yfov };
-        let settings =
-            if width > height { Settings { indirect_radius: 200.0, ..settings } } else { settings };
-        let settings =
-            if height > width { Settings { indirect_radius: 200.0, ..settings } } else { settings };
-        checks.push(mean_is(format!("{width}×{height}"), scene, settings, passes, 2.0, 0.003));
-    }
-    checks
+    // Width, height, full vertical view; radius in pixels: some tenths of the wall; paths, passes.
+    let shapes = [
+        (1, 1, 1.0, 0.45, 300, 16_000),
+        (8192, 4, 5e-4, 1600.0, 16_000, 32),
+        (4, 2048, 1.0, 800.0, 5000, 32),
+    ];
+    shapes
+        .into_iter()
+        .map(|(width, height, yfov, indirect_radius, paths, passes)| {
+            let mut scene = furnace(0.5);
+            scene.camera.projection = Projection::Perspective { yfov };
+            let settings = Settings { indirect_radius, ..film(width, height, paths) };
+            mean_is(format!("{width}×{height}"), scene, settings, passes, 2.0, 1e-3)
+        })
+        .collect()
 }
 
 fn million_luminaires(effort: Effort) -> Vec<Check> {
@@ -130,10 +130,10 @@ fn million_luminaires(effort: Effort) -> Vec<Check> {
         let x = 0.5_f64;
         let root = (1.0 + x * x).sqrt();
         let expected = 0.5 * 4.0 * (2.0 * x / root * (x / root).atan()) / (2.0 * std::f64::consts::PI);
-        let settings = Settings { direct, indirect_radius: 100.0, ..film(8, 8, 200_000) };
+        let settings = Settings { direct, indirect_radius: 300.0, ..film(16, 16, 400_000) };
         let scene = build.finish();
         let what = format!("{} luminaires, {direct:?}", scene.luminaires.len());
-        checks.push(mean_is(what, scene, settings, 24, expected, 0.002));
+        checks.push(mean_is(what, scene, settings, 40, expected, 0.002));
     }
     checks
 }

@@ -75,7 +75,7 @@ fn slivers(_: Effort) -> Vec<Check> {
     strips(&mut build, floor);
     let crossings =
         |x: f32| Ray { origin: Vec3::new(x, 1.0, 0.1), direction: -Vec3::Y, t_max: f32::INFINITY };
-    let rays = (0..10_001).map(|i| crossings(0.0125 + 1e-7 * i as f32));
+    let rays = (1..10_000).map(|i| crossings(0.0125 + 1e-7 * i as f32));
     checks.push(crossed("lines across them", &build.finish(), rays, 1));
     checks
 }

@@ -60,7 +60,7 @@ fn seen(what: &str, add: impl Fn(&mut Build), expected: f64) -> Check {
     let floor = build.glowing(0.0, 1.0);
     build.level(0.0, 50.0, true, floor);
     add(&mut build);
-    mean_is(format!("{what}, seen"), build.finish(), film(32, 32, 1), 16, expected, 1e-4)
+    mean_is(format!("{what}, seen"), build.finish(), film(64, 64, 1), 16, expected, 1e-4)
 }
 
 /// Power of a beam from above that arrives on the floor.
@@ -170,7 +170,7 @@ fn inside(_: Effort) -> Vec<Check> {
         checks.push(mean_is(
             format!("in glass of {ior}"),
             build.finish(),
-            film(32, 32, 1),
+            film(96, 96, 1),
             16,
             expected,
             1e-4,

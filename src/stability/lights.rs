@@ -43,7 +43,7 @@ fn size(_: Effort) -> Vec<Check> {
             let x = 0.5 * f64::from(side);
             let root = (1.0 + x * x).sqrt();
             let factor = 4.0 * (2.0 * x / root * (x / root).atan()) / (2.0 * std::f64::consts::PI);
-            mean_is(format!("side {side}"), build.finish(), film(8, 8, 1), 64, ALBEDO * factor, 1e-4)
+            mean_is(format!("side {side}"), build.finish(), film(32, 32, 1), 64, ALBEDO * factor, 1e-4)
         })
         .collect()
 }
@@ -102,20 +102,20 @@ fn powers(_: Effort) -> Vec<Check> {
     [1e-12_f32, 1e-6, 1.0, 1e6, 1e12]
         .iter()
         .map(|&power| {
-            let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.2, 0.1, 0.3), Vec3::X, 1.0));
+            let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
             furnace(&mut build, Vec3::ZERO, power);
             let expected = f64::from(power) / (1.0 - ALBEDO);
-            let settings = crate::plan::Settings { indirect_radius: 2.0, ..film(8, 8, 20_000) };
-            mean_is(format!("radiance {power:e}"), build.finish(), settings, 32, expected, 0.003)
+            let settings = crate::plan::Settings { indirect_radius: 16.0, ..film(16, 16, 10_000) };
+            mean_is(format!("radiance {power:e}"), build.finish(), settings, 32, expected, 1e-3)
         })
         .collect()
 }
 
 fn faint(_: Effort) -> Vec<Check> {
-    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.2, 0.1, 0.3), Vec3::X, 1.0));
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
     furnace(&mut build, Vec3::ZERO, 1e-12);
     furnace(&mut build, 4.0 * Vec3::X, 1e12);
-    let settings = crate::plan::Settings { indirect_radius: 2.0, ..film(24, 24, 60_000) };
+    let settings = crate::plan::Settings { indirect_radius: 64.0, ..film(64, 64, 20_000) };
     let expected = 1e-12_f32;
-    vec![mean_is("the faint room", build.finish(), settings, 64, f64::from(expected) / (1.0 - ALBEDO), 0.003)]
+    vec![mean_is("the faint room", build.finish(), settings, 64, f64::from(expected) / (1.0 - ALBEDO), 1e-3)]
 }

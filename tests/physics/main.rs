@@ -4,6 +4,7 @@ mod support;
 
 mod area_light;
 mod determinism;
+mod extremes;
 mod furnace;
 mod glass;
 mod k;
