@@ -59,7 +59,7 @@
 //! | footprint | side of what a pixel covers on a surface that faces it | m |
 //!
 //! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
-//! film, measure ← report ← cli.
+//! film, measure ← stability, report ← cli.
 //!
 //! # References
 //!
@@ -83,8 +83,9 @@ pub mod photon_map;
 pub mod plan;
 pub mod rays;
 pub mod render;
-pub mod rims;
 pub mod report;
+pub mod rims;
 pub mod sampling;
 pub mod scene;
 pub mod shoot;
+pub mod stability;

@@ -27,6 +27,12 @@ pub struct Flux<P> {
     pub inner: P,
 }
 
+impl<P: Power> Flux<P> {
+    fn plus(self, other: Self) -> Self {
+        Self { whole: self.whole + other.whole, inner: self.inner + other.inner }
+    }
+}
+
 impl<P: Power> PhotonMap<P> {
     /// Builds the map. Positions must be finite: shooting guarantees it.
     ///
@@ -70,17 +76,23 @@ impl<P: Power> PhotonMap<P> {
     /// The power of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no more
     /// than `most_reflections`. Sums are taken in the order of the tree.
     pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> Flux<P> {
-        let mut flux = Flux::default();
+        // Runs of 1024, then the sum of runs: a million equal powers added one by one in f32 are off by 1 %.
+        let (mut sum, mut run, mut length) = (Flux::default(), Flux::default(), 0_u32);
         let quarter = 0.25 * radius * radius;
         self.near(position, normal, radius, |photon, distance_squared| {
             if photon.reflections <= most_reflections {
-                flux.whole += photon.power;
+                run.whole += photon.power;
                 if distance_squared <= quarter {
-                    flux.inner += photon.power;
+                    run.inner += photon.power;
+                }
+                length += 1;
+                if length.is_multiple_of(1024) {
+                    sum = sum.plus(run);
+                    run = Flux::default();
                 }
             }
         });
-        flux
+        sum.plus(run)
     }
 
     /// How many photons [`flux`](Self::flux) meets.

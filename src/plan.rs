@@ -118,8 +118,8 @@ pub struct PhotonPlan {
     pub deposits: Vec<bool>,
     /// The share of deposits that is kept (at 1 / keep times their power) to bound memory.
     pub keep: f32,
-    /// Factor by which the unit of Russian roulette grows with each reflection; above 1 only where generations
-    /// would multiply.
+    /// Factor by which the unit of Russian roulette changes with each reflection: above 1 where generations would
+    /// multiply, 1 as a rule, slightly below where they hardly fade.
     pub growth: f32,
     /// The series is cut after this many reflections before a deposit (one less than with the reflection that is seen).
     pub max_reflections: u32,

@@ -1,5 +1,6 @@
 //! The command line: one file per command. What the user asked for becomes settings here, once.
 
+mod check;
 mod compare;
 pub mod diff;
 #[cfg(test)]
@@ -28,6 +29,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Say what a scene needs, what is left out and why.
     Plan(plan::PlanArgs),
+    /// Check numerical stability: a scene's, or a suite of stiff and extreme cases against closed forms.
+    Check(check::CheckArgs),
     /// Compare a picture with a reference: RMSE, relMSE, bias, e_pixel, mean colour, FLIP.
     Diff(diff::DiffArgs),
     /// Error against run time: methods, time budgets and seeds against a reference.
@@ -36,7 +39,7 @@ enum Command {
 
 /// Parses the command line, runs one command, prints what went wrong as one line.
 ///
-/// Exit codes: 0 done, 1 a limit of `diff` exceeded, 2 what the user gave is wrong, 3 no image exists.
+/// Exit codes: 0 done, 1 a limit of `diff` exceeded or a promise of `check` not kept, 2 what the user gave is wrong, 3 no image exists.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
@@ -61,6 +64,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(&args),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Check(args) => check::run(args),
         Command::Diff(args) => Ok(match diff::run(&args)? {
             diff::Verdict::Within => ExitCode::SUCCESS,
             diff::Verdict::Exceeded => ExitCode::from(1),

@@ -5,6 +5,7 @@ use crate::plan::{Plan, Visibility};
 use crate::rays::Ray;
 use crate::sampling::Rng;
 use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
+use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -48,10 +49,16 @@ impl Connections {
             if power > 0.0 {
                 sum += power;
                 one_of.push(i as u32);
-                cumulative.push(sum);
+                cumulative.push(power);
             }
         }
-        cumulative.iter_mut().for_each(|c| *c /= sum);
+        // In proportion to power, a share of all alike: the strongest may be behind a wall.
+        let alike = ALIKE / cumulative.len() as f64;
+        let mut below = 0.0;
+        for c in &mut cumulative {
+            below += (1.0 - ALIKE) * *c / sum + alike;
+            *c = below;
+        }
         Self { every, one_of, cumulative }
     }
 

@@ -24,6 +24,8 @@ pub enum Existence {
 const BEYOND_ERROR: f64 = 3.0;
 /// Where k is above this, users are told how slow the series converges.
 const NEAR_ONE: f64 = 0.98;
+/// Where k (or its bound) is above this, photons are let fade before chance decides: see `PhotonPlan::growth`.
+const STIFF: f64 = 0.99;
 /// A material with this share of the reflected power is named.
 const NAMED: f64 = 0.1;
 
@@ -61,12 +63,13 @@ impl Existence {
         Self::Measured(measure(scene, rays, &chain, seed))
     }
 
-    /// The factor by which generations grow: k where it was measured and is above one, else one.
+    /// The factor by which the power of a generation changes, where that is known and near one or above; else one.
     pub fn growth(&self) -> f32 {
-        match self {
-            Self::Measured(Multiplication { k, .. }) if *k > 1.0 => *k as f32,
-            _ => 1.0,
-        }
+        let k = match self {
+            Self::Certain { at_most, .. } => *at_most,
+            Self::Measured(m) => m.k,
+        };
+        if k > STIFF { k as f32 } else { 1.0 }
     }
 
     /// True when there is no image: k is one or more, beyond its error.

@@ -46,10 +46,10 @@ const BATCHES: u32 = 16;
 const FIRST_LOOK: f64 = 1.5e6;
 /// Photons of a batch: from where the bias O(1/N) is below the error to where more would only cost.
 const POPULATION: [f64; 2] = [256.0, 2048.0];
-/// Near one, photons and generations are doubled so many times, until k can be told from one.
-const CLOSER_LOOKS: u32 = 2;
+/// Near one, photons are doubled up to so many times, to tell k from one.
+const MOST_DOUBLINGS: u32 = 4;
 /// By so many standard errors.
-const TOLD_APART: f64 = 4.0;
+const TOLD_APART: f64 = 6.0;
 
 /// Measures k; `chain` says which halves go on. Equal arguments give equal bits for any number of threads.
 pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> Multiplication {
@@ -64,10 +64,10 @@ pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> M
     let channels = channels_that_matter(scene);
     let looks = channels.into_iter().map(|channel| look(channel, 0));
     let mut best = looks.reduce(|a, b| if b.k > a.k { b } else { a }).expect("some channel matters");
-    for doublings in 1..=CLOSER_LOOKS {
-        if (best.k - 1.0).abs() >= TOLD_APART * best.error {
-            break;
-        }
+    // The error falls as the square root of the photons.
+    let needed = (TOLD_APART * best.error / (best.k - 1.0).abs()).powi(2);
+    if needed > 1.0 {
+        let doublings = (needed.log2().ceil() as u32).clamp(1, MOST_DOUBLINGS);
         let lines = best.lines;
         best = look(best.channel, doublings);
         best.lines += lines;
@@ -158,12 +158,11 @@ impl Population<'_> {
     fn batch(&self, batch: u32) -> Batch {
         // Measurements with doubled populations share no numbers with those before.
         let stream = (self.doublings * 3 + self.channel as u32) * BATCHES + batch;
-        let generations = GENERATIONS << self.doublings;
         let mut photons = self.start(stream);
         let mut found =
             Batch { k: 0.0, shares: vec![0.0; self.scene.materials.len()], finite: 0.0, lines: 0 };
         let mut growth = 0.0;
-        for generation in 0..2 * generations {
+        for generation in 0..2 * GENERATIONS {
             found.lines += photons.len() as u64;
             let now = total(&photons);
             let reflected = self.next(&photons, stream << 8 | generation, &mut |_| ());
@@ -171,9 +170,9 @@ impl Population<'_> {
             if next == 0.0 {
                 return Batch { k: 0.0, ..found }; // this light is not reflected on
             }
-            if generation >= generations {
+            if generation >= GENERATIONS {
                 growth += (next / now).ln();
-                let share = 1.0 / (next * f64::from(generations));
+                let share = 1.0 / (next * f64::from(GENERATIONS));
                 for photon in &reflected {
                     let power = f64::from(photon.total()) * share;
                     found.shares[photon.material as usize] += power;
@@ -183,7 +182,7 @@ impl Population<'_> {
             let offset = Rng::new(self.seed, Stream::Measure, stream << 8 | generation, u64::MAX).f32();
             photons = resample(&reflected, next, self.photons, f64::from(offset));
         }
-        found.k = (growth / f64::from(generations)).exp();
+        found.k = (growth / f64::from(GENERATIONS)).exp();
         found
     }
 

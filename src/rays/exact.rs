@@ -17,6 +17,8 @@ pub(super) struct Crossing {
     pub u: f64,
     /// Barycentric weight of the third corner.
     pub v: f64,
+    /// The line enters by the triangle's back.
+    pub back: bool,
 }
 
 /// A corner relative to the ray's origin, and where the line sees it: the ray is the z axis.
@@ -54,7 +56,13 @@ pub(super) fn cross(line: &Line, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
     let (a, b, c) = (a.offset.z * line.depth, b.offset.z * line.depth, c.offset.z * line.depth);
     // A triangle seen all but edge-on: not outside its corners.
     let t = (height / sum * line.depth).max(a.min(b).min(c)).min(a.max(b).max(c));
-    (t > 0.0 && t < line.t_max).then(|| Crossing { t, u: weight_b / sum, v: weight_c / sum })
+    (t > 0.0 && t < line.t_max).then(|| Crossing {
+        t,
+        u: weight_b / sum,
+        v: weight_c / sum,
+        // The sum is twice the signed area in the projection plane: normal · direction, up to the sign of depth.
+        back: (sum > 0.0) == (line.depth > 0.0),
+    })
 }
 
 /// Twice the area of (origin, p, q), of the right sign; and on which side of p → q the moved origin lies.

@@ -114,7 +114,10 @@ pub(super) fn visit_leaf<S: Simd, V: Visit>(
             candidates &= candidates - 1;
             if let Some(crossing) = cross(line, block.lane(line, lane)) {
                 let (t, u, v) = (crossing.t as f32, crossing.u as f32, crossing.v as f32);
-                visit.hit(Hit { t, triangle: block.triangle[lane], u, v }, block.class[lane])?;
+                visit.hit(
+                    Hit { t, triangle: block.triangle[lane], u, v, back: crossing.back },
+                    block.class[lane],
+                )?;
             }
         }
         if block.last {

@@ -48,6 +48,8 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of the third vertex.
     pub v: f32,
+    /// The ray meets the triangle's back.
+    pub back: bool,
 }
 
 /// The class of triangles that let nothing straight through.
@@ -81,7 +83,7 @@ thread_local! {
 /// What a query needs and the next one can use again.
 struct Scratch {
     stack: Vec<u64>,
-    passed: Vec<(f32, u32, u32)>,
+    passed: Vec<((f32, bool, u32), u32)>,
 }
 
 impl Rays {
@@ -127,8 +129,8 @@ impl Rays {
         self.query(ray, Closest::new(ray.t_max)).finish()
     }
 
-    /// All triangles along the ray in order of (t, triangle), up to and including the first that lets nothing
-    /// straight through.
+    /// All triangles along the ray in order of (t, front before back, triangle), up to and including the first that
+    /// lets nothing straight through.
     pub fn crossings(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
         match self.through {

@@ -5,9 +5,10 @@ use super::{BLOCKER, Hit};
 use crate::light::Matrix;
 use std::ops::ControlFlow;
 
-/// The order in which crossings are met.
-pub(super) fn order(hit: &Hit) -> (f32, u32) {
-    (hit.t, hit.triangle)
+/// The order in which crossings are met. Of faces that coincide the front comes first: a sheet made of two opposite
+/// faces shows each side its own.
+pub(super) fn order(hit: &Hit) -> (f32, bool, u32) {
+    (hit.t, hit.back, hit.triangle)
 }
 
 /// No triangle; orders behind all.
@@ -21,7 +22,7 @@ pub(super) struct Closest {
 
 impl Closest {
     pub fn new(t_max: f32) -> Self {
-        Self { best: Hit { t: t_max, triangle: NONE, u: 0.0, v: 0.0 }, limit: t_max }
+        Self { best: Hit { t: t_max, triangle: NONE, u: 0.0, v: 0.0, back: true }, limit: t_max }
     }
 
     pub fn finish(self) -> Option<Hit> {
@@ -50,8 +51,8 @@ impl Visit for Closest {
 /// Keeps all crossings up to the first blocker.
 pub(super) struct UpToBlocker<'a> {
     hits: &'a mut Vec<Hit>,
-    /// Order of the first blocker so far; (`t_max`, [`NONE`]) where there is none.
-    end: (f32, u32),
+    /// Order of the first blocker so far; (`t_max`, true, [`NONE`]) where there is none.
+    end: (f32, bool, u32),
 }
 
 impl Visit for UpToBlocker<'_> {
@@ -76,12 +77,14 @@ impl Visit for UpToBlocker<'_> {
 
 impl<'a> UpToBlocker<'a> {
     pub fn new(t_max: f32, hits: &'a mut Vec<Hit>) -> Self {
-        Self { hits, end: (t_max, NONE) }
+        Self { hits, end: (t_max, true, NONE) }
     }
 
     /// Sorts, and cuts what lies behind the blocker.
     pub fn finish(self) {
-        self.hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        self.hits.sort_unstable_by(|a, b| {
+            a.t.total_cmp(&b.t).then((a.back, a.triangle).cmp(&(b.back, b.triangle)))
+        });
         let reached = self.hits.partition_point(|hit| order(hit) <= self.end);
         self.hits.truncate(reached);
     }
@@ -133,8 +136,8 @@ impl Visit for Product<'_> {
 /// All crossings with their classes, for a product that must be taken in order.
 pub(super) struct Passed<'a> {
     pub t_max: f32,
-    /// t, triangle, class.
-    pub passed: &'a mut Vec<(f32, u32, u32)>,
+    /// Order, class.
+    pub passed: &'a mut Vec<((f32, bool, u32), u32)>,
     pub blocked: bool,
 }
 
@@ -152,7 +155,7 @@ impl Visit for Passed<'_> {
             self.blocked = true;
             return ControlFlow::Break(());
         }
-        self.passed.push((hit.t, hit.triangle, class));
+        self.passed.push((order(&hit), class));
         ControlFlow::Continue(())
     }
 }
@@ -163,7 +166,7 @@ impl Passed<'_> {
         if self.blocked {
             return Matrix::ZERO;
         }
-        self.passed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.2 as usize])
+        self.passed.sort_unstable_by(|(a, _), (b, _)| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.1 as usize])
     }
 }

@@ -40,7 +40,11 @@ impl Falloff {
     }
 }
 
-/// The scene's luminaires, chosen in proportion to the power that can be of use.
+/// The share of paths that luminaires get alike, however faint: one that is alone in its room is not lost beside one
+/// that is 1e24 times as strong.
+pub(crate) const ALIKE: f64 = 1.0 / 16.0;
+
+/// The scene's luminaires, chosen in proportion to the power that can be of use, a share of all alike.
 pub struct Emitters<'a, P> {
     scene: &'a Scene,
     centre: Vec3,
@@ -55,15 +59,20 @@ impl<'a, P: Power> Emitters<'a, P> {
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let (centre, radius) = scene.bounding_sphere();
         let mut cumulative = Vec::with_capacity(scene.luminaires.len());
-        let mut sum = 0.0_f64;
-        for luminaire in &scene.luminaires {
-            sum += f64::from(P::of(luminaire.power(radius)).total());
-            cumulative.push(sum);
-        }
+        let power = |luminaire: &Luminaire| f64::from(P::of(luminaire.power(radius)).total());
+        let sum: f64 = scene.luminaires.iter().map(power).sum();
         if sum == 0.0 {
             return None;
         }
-        cumulative.iter_mut().for_each(|c| *c /= sum);
+        let lit = scene.luminaires.iter().filter(|luminaire| power(luminaire) > 0.0).count() as f64;
+        let mut below = 0.0;
+        for luminaire in &scene.luminaires {
+            let power = power(luminaire);
+            if power > 0.0 {
+                below += (1.0 - ALIKE) * power / sum + ALIKE / lit;
+            }
+            cumulative.push(below);
+        }
         Some(Self { scene, centre, radius, cumulative, marker: std::marker::PhantomData })
     }
 

@@ -26,12 +26,12 @@ fn every_triangle(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<Vec<(f64, u32)>>
                 return None;
             }
             if t > 0.0 && t < f64::from(ray.t_max) {
-                hits.push((t, index as u32));
+                hits.push((t, index as u32, normal.dot(d) > 0.0));
             }
         }
     }
-    hits.sort_by(|a, b| (a.0 as f32, a.1).partial_cmp(&(b.0 as f32, b.1)).unwrap());
-    Some(hits)
+    hits.sort_by(|a, b| (a.0 as f32, a.2, a.1).partial_cmp(&(b.0 as f32, b.2, b.1)).unwrap());
+    Some(hits.into_iter().map(|(t, index, _)| (t, index)).collect())
 }
 
 #[test]

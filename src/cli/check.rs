@@ -1,0 +1,208 @@
+use super::scene_args::SceneArgs;
+use crate::error::{Error, Result};
+use crate::stability::{Check, Effort, Outcome, cases, scene_check::check_scene};
+use clap::Args;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct CheckArgs {
+    /// A scene to check. Without one: the built-in suite of stiff and extreme cases.
+    #[arg(value_name = "SCENE")]
+    scene: Option<PathBuf>,
+
+    /// Illumination over the whole scene, as for render.
+    #[arg(long, value_name = "NAME|S,T", requires = "scene")]
+    illumination: Option<String>,
+
+    /// Illumination of one material, as for render; may be repeated.
+    #[arg(long, value_name = "MATERIAL=…", requires = "scene")]
+    set: Vec<String>,
+
+    /// Cases of the suite whose name contains this.
+    #[arg(long, value_name = "NAME", conflicts_with = "scene")]
+    case: Option<String>,
+
+    /// Leave out the settings that take longest.
+    #[arg(long, conflicts_with = "scene")]
+    quick: bool,
+
+    /// Print the table as JSON.
+    #[arg(long)]
+    json: bool,
+
+    /// Also write the table as one HTML page.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+
+    /// Also write the table as CSV.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+/// Exit code 1 where a promise is not kept.
+pub fn run(args: CheckArgs) -> Result<ExitCode> {
+    let outcomes = match &args.scene {
+        Some(scene) => {
+            let (illumination, set) = (args.illumination.clone(), args.set.clone());
+            check_scene(&SceneArgs { scene: scene.clone(), illumination, set }.load()?)?
+        }
+        None => suite(&args)?,
+    };
+    if args.json {
+        println!("{}", json(&outcomes));
+    } else if args.scene.is_some() {
+        outcomes.iter().for_each(|outcome| print!("{}", text(outcome)));
+    }
+    if let Some(path) = &args.csv {
+        write(path, csv(&outcomes))?;
+    }
+    if let Some(path) = &args.html {
+        write(path, html(&outcomes))?;
+    }
+    let failed = rows(&outcomes).filter(|(_, check)| !check.passes()).count();
+    if !args.json {
+        println!("{} rows, {failed} failed", rows(&outcomes).count());
+    }
+    Ok(ExitCode::from(u8::from(failed > 0)))
+}
+
+fn suite(args: &CheckArgs) -> Result<Vec<Outcome>> {
+    let wanted = args.case.as_deref().unwrap_or("");
+    let chosen: Vec<_> = cases().into_iter().filter(|case| case.name.contains(wanted)).collect();
+    if chosen.is_empty() {
+        let known: Vec<_> = cases().iter().map(|case| case.name).collect();
+        return Err(Error::Usage(format!(
+            "--case {wanted}: there is no such case; there are {}",
+            known.join(", ")
+        )));
+    }
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let run = |case: crate::stability::Case| {
+        let outcome = case.outcome(effort);
+        if !args.json {
+            print!("{}", text(&outcome));
+        }
+        outcome
+    };
+    Ok(chosen.into_iter().map(run).collect())
+}
+
+fn rows(outcomes: &[Outcome]) -> impl Iterator<Item = (&Outcome, &Check)> {
+    outcomes.iter().flat_map(|outcome| outcome.checks.iter().map(move |check| (outcome, check)))
+}
+
+fn expected_and_got(check: &Check) -> [String; 2] {
+    match check {
+        Check::Number { expected, got, error, .. } if *error > 0.0 => {
+            [number(*expected), format!("{} ± {}", number(*got), number(*error))]
+        }
+        Check::Number { expected, got, .. } => [number(*expected), number(*got)],
+        Check::Fact { expected, got, .. } => [expected.clone(), got.clone()],
+    }
+}
+
+fn number(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e7).contains(&x.abs()) { format!("{x:.5}") } else { format!("{x:.4e}") }
+}
+
+fn z(check: &Check) -> String {
+    check.z().map_or(String::new(), |z| format!("{z:.2}"))
+}
+
+fn relative(check: &Check) -> String {
+    check.relative_error().map_or(String::new(), |error| format!("{error:+.1e}"))
+}
+
+fn verdict(check: &Check) -> &'static str {
+    if check.passes() { "pass" } else { "FAIL" }
+}
+
+fn text(outcome: &Outcome) -> String {
+    let mut text = format!("{}: {} ({:.1} s)\n", outcome.name, outcome.promise, outcome.seconds);
+    for check in &outcome.checks {
+        let [expected, got] = expected_and_got(check);
+        let measures = match check {
+            Check::Number { .. } => format!("  z {}  off {}", z(check), relative(check)),
+            Check::Fact { .. } => String::new(),
+        };
+        let _ = writeln!(
+            text,
+            "  {}  {:<32} expected {expected}, got {got}{measures}",
+            verdict(check),
+            check.what()
+        );
+    }
+    text
+}
+
+const COLUMNS: [&str; 9] =
+    ["case", "promise", "what", "expected", "got", "z", "relative_error", "seconds", "verdict"];
+
+fn fields(outcome: &Outcome, check: &Check) -> [String; 9] {
+    let [expected, got] = expected_and_got(check);
+    [
+        outcome.name.clone(),
+        outcome.promise.clone(),
+        check.what().into(),
+        expected,
+        got,
+        z(check),
+        relative(check),
+        format!("{:.2}", outcome.seconds),
+        verdict(check).into(),
+    ]
+}
+
+fn csv(outcomes: &[Outcome]) -> String {
+    let quoted = |field: &String| format!("\"{}\"", field.replace('"', "\"\""));
+    let mut text = COLUMNS.join(",") + "\n";
+    for (outcome, check) in rows(outcomes) {
+        text += &(fields(outcome, check).iter().map(quoted).collect::<Vec<_>>().join(",") + "\n");
+    }
+    text
+}
+
+fn json(outcomes: &[Outcome]) -> serde_json::Value {
+    let row = |(outcome, check): (&Outcome, &Check)| {
+        let mut row = serde_json::json!({
+            "case": outcome.name, "promise": outcome.promise, "what": check.what(), "seconds": outcome.seconds,
+            "z": check.z(), "relative_error": check.relative_error(), "pass": check.passes(),
+        });
+        match check {
+            Check::Number { expected, got, error, .. } => {
+                row["expected"] = (*expected).into();
+                row["got"] = (*got).into();
+                row["error"] = (*error).into();
+            }
+            Check::Fact { expected, got, .. } => {
+                row["expected"] = expected.as_str().into();
+                row["got"] = got.as_str().into();
+            }
+        }
+        row
+    };
+    rows(outcomes).map(row).collect()
+}
+
+fn html(outcomes: &[Outcome]) -> String {
+    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let mut text = String::from(
+        "<!doctype html><meta charset=\"utf-8\"><title>halflight: stability</title>\n<style>body{font:14px sans-serif;\
+         margin:2em}table{border-collapse:collapse}td,th{padding:.2em .7em;border-bottom:1px solid #ccc;text-align:left}\
+         .FAIL{background:#fbb}</style>\n<h1>Stability</h1>\n<table><tr>",
+    );
+    COLUMNS.iter().for_each(|column| text += &format!("<th>{}</th>", column.replace('_', " ")));
+    text += "</tr>\n";
+    for (outcome, check) in rows(outcomes) {
+        text += &format!("<tr class=\"{}\">", verdict(check));
+        fields(outcome, check).iter().for_each(|field| text += &format!("<td>{}</td>", escape(field)));
+        text += "</tr>\n";
+    }
+    text + "</table>\n"
+}
+
+fn write(path: &Path, text: String) -> Result<()> {
+    std::fs::write(path, text).map_err(|why| Error::Write { path: path.into(), reason: why.to_string() })
+}

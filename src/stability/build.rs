@@ -1,0 +1,190 @@
+//! Small scenes, and the measurement of their mean.
+
+use super::Check;
+use crate::film::Layer;
+use crate::light::Light;
+use crate::optics::{Dielectric, Diffuse, Lobe};
+use crate::plan::Settings;
+use crate::render::Render;
+use crate::scene::{Camera, Emission, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
+use glam::{DVec3, Vec3};
+
+/// Builds a scene piece by piece.
+pub(super) struct Build(pub Scene);
+
+/// Lambert's reflector, one-sided.
+pub(super) fn diffuse(albedo: f32) -> Lobe {
+    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false })
+}
+
+/// Clear glass.
+pub(super) fn glass(ior: f32) -> Lobe {
+    Lobe::Dielectric(Dielectric { ior, tint: Vec3::ONE })
+}
+
+/// A camera with a narrow view.
+pub(super) fn look(from: Vec3, at: Vec3, yfov: f32) -> Camera {
+    let up = if (at - from).normalize().cross(Vec3::Y).length() < 0.5 { Vec3::Z } else { Vec3::Y };
+    Camera::look_at(from, at, up, Projection::Perspective { yfov })
+}
+
+/// The same emission of both halves from the front.
+pub(super) fn glow(radiance: f32) -> Option<Emission> {
+    Some(Emission { radiance: Light::both(Vec3::splat(radiance)), two_sided: false })
+}
+
+impl Build {
+    pub fn new(illumination: Illumination, camera: Camera) -> Self {
+        Self(Scene {
+            name: "check".into(),
+            mesh: Mesh::default(),
+            surfaces: Vec::new(),
+            materials: Vec::new(),
+            luminaires: Vec::new(),
+            camera,
+            origin: DVec3::ZERO,
+            illumination: Some(illumination),
+            notes: Vec::new(),
+        })
+    }
+
+    pub fn material(&mut self, name: &str, lobe: Lobe) -> u32 {
+        self.0.materials.push(Material::new(name, lobe));
+        self.0.materials.len() as u32 - 1
+    }
+
+    pub fn glowing(&mut self, albedo: f32, radiance: f32) -> u32 {
+        let material = self.material("Glowing", diffuse(albedo));
+        self.0.materials[material as usize].emission = glow(radiance);
+        material
+    }
+
+    /// Triangles of one surface; counter-clockwise is the front.
+    pub fn mesh(&mut self, positions: &[Vec3], triangles: &[[u32; 3]], material: u32) {
+        let scene = &mut self.0;
+        let surface = scene.surfaces.len() as u32;
+        scene.surfaces.push(Surface { name: "thing".into(), material, smooth: false, closed: false });
+        let first = scene.mesh.positions.len() as u32;
+        scene.mesh.positions.extend(positions);
+        scene.mesh.normals.extend(positions.iter().map(|_| Vec3::Y));
+        scene.mesh.triangles.extend(triangles.iter().map(|t| t.map(|i| first + i)));
+        scene.mesh.surface.extend(triangles.iter().map(|_| surface));
+    }
+
+    /// A parallelogram; its front is where `a × b` points.
+    pub fn quad(&mut self, corner: Vec3, a: Vec3, b: Vec3, material: u32) {
+        self.grid(corner, a, b, [1, 1], material);
+    }
+
+    /// The same as a grid of `columns` × `rows` parallelograms.
+    pub fn grid(&mut self, corner: Vec3, a: Vec3, b: Vec3, [columns, rows]: [u32; 2], material: u32) {
+        let mut positions = Vec::new();
+        let mut triangles = Vec::new();
+        for j in 0..=rows {
+            let start = corner + j as f32 / rows as f32 * b;
+            positions.extend((0..=columns).map(|i| start + i as f32 / columns as f32 * a));
+        }
+        for j in 0..rows {
+            for i in 0..columns {
+                let at = |i: u32, j: u32| j * (columns + 1) + i;
+                let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                triangles.extend([[p, q, r], [p, r, s]]);
+            }
+        }
+        self.mesh(&positions, &triangles, material);
+    }
+
+    /// A horizontal square about (0, y, 0) that looks up, or down.
+    pub fn level(&mut self, y: f32, half: f32, up: bool, material: u32) {
+        let (a, b) = (2.0 * half * Vec3::X, 2.0 * half * Vec3::Z);
+        let (a, b) = if up { (b, a) } else { (a, b) };
+        self.quad(Vec3::new(-half, y, -half), a, b, material);
+    }
+
+    /// The inside of a box.
+    pub fn room(&mut self, min: Vec3, max: Vec3, material: u32) {
+        let d = max - min;
+        let (x, y, z) = (d * Vec3::X, d * Vec3::Y, d * Vec3::Z);
+        self.quad(min, y, z, material);
+        self.quad(min, z, x, material);
+        self.quad(min, x, y, material);
+        self.quad(max, -z, -y, material);
+        self.quad(max, -x, -z, material);
+        self.quad(max, -y, -x, material);
+    }
+
+    pub fn point_light(&mut self, position: Vec3, intensity: f32) {
+        let intensity = Light::both(Vec3::splat(intensity));
+        self.0.luminaires.push(Luminaire::Point { position, intensity });
+    }
+
+    /// The finished scene.
+    pub fn finish(mut self) -> Scene {
+        for (i, surface) in self.0.mesh.surface.iter().enumerate() {
+            let material = self.0.surfaces[*surface as usize].material;
+            if let Some(emission) = self.0.materials[material as usize].emission {
+                let area = self.0.mesh.area(i as u32);
+                self.0.luminaires.push(Luminaire::Triangle { triangle: i as u32, emission, area });
+            }
+        }
+        for material in &mut self.0.materials {
+            material.bsdf = Default::default();
+        }
+        // No names are asked for, so no name can be wrong.
+        let _ = self.0.illuminate(None, &[]);
+        self.0
+    }
+}
+
+/// Settings of a small film.
+pub(super) fn film(width: u32, height: u32, paths: u32) -> Settings {
+    Settings { width, height, paths: Some(paths), ..Settings::default() }
+}
+
+/// Mean of the film's red channel and its standard error over `passes`.
+pub(super) fn measure(scene: Scene, settings: Settings, passes: u32) -> Result<(f64, f64), String> {
+    let render = rendered(scene, settings, passes)?;
+    let error = render.film().mean_colour_error().map_or(0.0, |error| error.x);
+    Ok((render.film().mean_colour().x, error))
+}
+
+/// A render after some passes, or why there is none.
+pub(super) fn rendered(scene: Scene, settings: Settings, passes: u32) -> Result<Render, String> {
+    let mut render = Render::new(scene, settings, &[Layer::Visible]).map_err(|why| why.to_string())?;
+    (0..passes).for_each(|_| render.pass());
+    Ok(render)
+}
+
+/// A mean against its closed form.
+pub(super) fn mean_is(
+    what: impl Into<String>,
+    scene: Scene,
+    settings: Settings,
+    passes: u32,
+    expected: f64,
+    rounding: f64,
+) -> Check {
+    match measure(scene, settings, passes) {
+        Ok(measured) => Check::number(what, expected, measured, rounding),
+        Err(why) => Check::fact(what, "an image", why),
+    }
+}
+
+/// Whether every pixel is finite, and whether any is above zero.
+pub(super) fn finite(
+    what: impl Into<String>,
+    lit: bool,
+    scene: Scene,
+    settings: Settings,
+    passes: u32,
+) -> Check {
+    let words = |lit: bool| if lit { "finite, not black" } else { "black" };
+    let got = rendered(scene, settings, passes).map(|render| {
+        let picture = render.film().mean(Layer::Visible);
+        match picture.iter().filter(|rgb| !rgb.is_finite()).count() {
+            0 => words(picture.iter().any(|rgb| *rgb != Vec3::ZERO)).to_owned(),
+            n => format!("{n} pixels are not finite"),
+        }
+    });
+    Check::fact(what, words(lit), got.unwrap_or_else(|why| why))
+}

@@ -1,0 +1,145 @@
+//! Series that converge slowly, and series that do not.
+
+use super::build::{Build, film, look, mean_is};
+use super::{Case, Check, Effort};
+use crate::measure::Existence;
+use crate::optics::{Diffuse, Lobe};
+use crate::plan::Plan;
+use crate::scene::{Illumination, Scene};
+use glam::Vec3;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "furnace",
+        promise: "a closed room of albedo ρ glows at E / (1 − ρ), after a million reflections too",
+        run: furnace,
+    },
+    Case { name: "k-closed-form", promise: "k within 1 % of its closed form", run: k_closed_form },
+    Case {
+        name: "k-near-one",
+        promise: "k = 0.999 is rendered with a warning, k = 1.001 is refused",
+        run: k_near_one,
+    },
+    Case {
+        name: "k-box",
+        promise: "a shadowless box of two-sided walls of albedo 0.9 is refused",
+        run: k_box,
+    },
+];
+
+/// A closed cube that glows everywhere.
+fn furnace_scene(albedo: f32) -> Scene {
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
+    let wall = build.glowing(albedo, 1.0);
+    build.room(-Vec3::ONE, Vec3::ONE, wall);
+    build.finish()
+}
+
+fn furnace(effort: Effort) -> Vec<Check> {
+    let albedos: &[(f32, u32, u32)] = &[
+        // albedo, paths a pass, passes: about as many reflections each
+        (0.9, 20_000, 16),
+        (0.99, 300, 16),
+        (0.999, 30, 16),
+        (0.9999, 3, 40),
+        (0.99999, 1, 8),
+        (0.999_999, 1, 4),
+    ];
+    let kept = if effort == Effort::Full { albedos } else { &albedos[..5] };
+    kept.iter()
+        .map(|&(albedo, paths, passes)| {
+            // A radius that reaches nearly to the rims of the wall: few paths must do.
+            let settings = crate::plan::Settings { indirect_radius: 8.0, ..film(8, 8, paths) };
+            let expected = 1.0 / (1.0 - f64::from(albedo));
+            mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
+        })
+        .collect()
+}
+
+const RATIO: f64 = 0.5;
+
+fn concentric(albedo: f64, two_sided: bool) -> Result<Scene, String> {
+    let name = format!("builtin:concentric?albedo={albedo}&ratio={RATIO}&two_sided={two_sided}");
+    Scene::load(name).map_err(|why| why.to_string())
+}
+
+/// k / ρ of concentric spheres, shadowless; a = (r/R)². One-sided (1 + √(1 + 4a)) / 2; two-sided the largest root of
+/// μ (μ − 1)² = a (2μ − 1).
+fn k_over_albedo(two_sided: bool) -> f64 {
+    let a = RATIO * RATIO;
+    if !two_sided {
+        return 0.5 * (1.0 + (1.0 + 4.0 * a).sqrt());
+    }
+    let (mut low, mut high) = (1.0, 3.0);
+    for _ in 0..60 {
+        let mu = 0.5 * (low + high);
+        if mu * (mu - 1.0_f64).powi(2) < a * (2.0 * mu - 1.0) { low = mu } else { high = mu }
+    }
+    low
+}
+
+/// Inscribed polyhedra of 256 sides are smaller than spheres by (π / 256)² / 2 = 8e-5.
+const TESSELLATION: f64 = 2e-4;
+
+fn k_closed_form(effort: Effort) -> Vec<Check> {
+    let wanted: &[f64] =
+        if effort == Effort::Full { &[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999] } else { &[0.5, 0.95] };
+    let mut checks = Vec::new();
+    for two_sided in [false, true] {
+        for &k in wanted {
+            let what = format!("k, {} sided", if two_sided { "two" } else { "one" });
+            checks.push(match concentric(k / k_over_albedo(two_sided), two_sided) {
+                Ok(scene) => {
+                    let plan = Plan::new(scene, film(8, 8, 1));
+                    match plan.existence {
+                        Existence::Measured(m) => Check::number(what, k, (m.k, m.error), TESSELLATION),
+                        Existence::Certain { reason, .. } => Check::fact(what, "measured", reason),
+                    }
+                }
+                Err(why) => Check::fact(what, "a scene", why),
+            });
+        }
+    }
+    checks
+}
+
+/// What a render of it would say.
+fn verdict(scene: Scene) -> String {
+    match super::build::rendered(scene, film(8, 8, 1), 0) {
+        Ok(render) if render.plan().existence.warning().is_some() => "rendered with a warning".into(),
+        Ok(_) => "rendered".into(),
+        Err(why) => why.split(':').next().unwrap_or_default().into(),
+    }
+}
+
+fn k_near_one(effort: Effort) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let both = [(false, "one-sided"), (true, "two-sided")];
+    for &(two_sided, sides) in if effort == Effort::Full { &both[..] } else { &both[..1] } {
+        for (k, expected) in [(0.999, "rendered with a warning"), (1.001, "no image exists")] {
+            let got = concentric(k / k_over_albedo(two_sided), two_sided).map_or_else(|why| why, verdict);
+            checks.push(Check::fact(format!("k = {k}, {sides}"), expected, got));
+        }
+    }
+    checks
+}
+
+fn k_box(_: Effort) -> Vec<Check> {
+    let Ok(mut scene) = Scene::load("builtin:cornell-spheres") else { return Vec::new() };
+    for material in scene.materials.iter_mut().filter(|material| material.emission.is_none()) {
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true });
+        material.lobes = vec![(1.0, lobe)];
+    }
+    let mut checks = Vec::new();
+    for (illumination, expected) in
+        [(Illumination::SHADOWLESS, "no image exists"), (Illumination::GLOBAL, "rendered")]
+    {
+        let mut scene = scene.clone();
+        let got = match scene.illuminate(Some(illumination), &[]) {
+            Ok(()) => verdict(scene),
+            Err(why) => why.to_string(),
+        };
+        checks.push(Check::fact(illumination.describe(), expected, got));
+    }
+    checks
+}

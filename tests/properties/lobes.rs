@@ -1,0 +1,160 @@
+//! Lobes: reciprocity, energy, densities, and a χ² test of the sampler.
+
+use glam::Vec3;
+use halflight::optics::{
+    Dielectric, Diffuse, Lobe, Mirror, Normals, ThinDielectric, Transport, fresnel_dielectric, refract,
+};
+use halflight::sampling::{Rng, Stream, warp};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+
+fn unit() -> impl Strategy<Value = Vec3> {
+    [0.0_f32..1.0, 0.0..1.0].prop_map(warp::sphere)
+}
+
+fn lobe() -> impl Strategy<Value = Lobe> {
+    let tint = || (0.0_f32..=1.0).prop_map(Vec3::splat);
+    prop_oneof![
+        (tint(), any::<bool>()).prop_map(|(albedo, two_sided)| Lobe::Diffuse(Diffuse { albedo, two_sided })),
+        (tint(), any::<bool>()).prop_map(|(tint, two_sided)| Lobe::Mirror(Mirror { tint, two_sided })),
+        (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::Dielectric(Dielectric { ior, tint })),
+        (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::ThinDielectric(ThinDielectric { ior, tint })),
+    ]
+}
+
+fn numbers() -> impl Strategy<Value = [f32; 3]> {
+    [0.0_f32..1.0, 0.0..1.0, 0.0..1.0]
+}
+
+proptest! {
+    #[test]
+    fn values_are_reciprocal(lobe in lobe(), n in unit(), a in unit(), b in unit()) {
+        let normals = Normals::flat(n);
+        // A one-sided lobe looks at the side alone, and both directions are on it or the value is zero.
+        prop_assert_eq!(lobe.eval(&normals, a, b), lobe.eval(&normals, b, a));
+    }
+
+    #[test]
+    fn no_sample_carries_more_than_arrived(lobe in lobe(), n in unit(), from in unit(), u in numbers()) {
+        // Of one branch of several: the weight is what that branch is expected to carry over its probability.
+        let sample = lobe.sample(&Normals::flat(n), from, Transport::Shooting, u);
+        if let Some(sample) = sample {
+            prop_assert!(sample.weight.min_element() >= 0.0 && sample.weight.max_element() <= 1.0 + 1e-6);
+            prop_assert!((sample.to.length() - 1.0).abs() < 1e-5);
+            prop_assert!(lobe.responds(&Normals::flat(n), from));
+            prop_assert!(sample.weight.cmple(lobe.albedo() + 1e-6).all());
+        }
+    }
+
+    #[test]
+    fn the_density_of_a_sample_is_the_one_that_is_stated(n in unit(), from in unit(), u in numbers()) {
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
+        let normals = Normals::flat(n);
+        if let Some(sample) = lobe.sample(&normals, from, Transport::Gathering, u) {
+            let pdf = lobe.pdf(&normals, from, sample.to);
+            prop_assert!((pdf - sample.pdf_solid_angle).abs() <= 1e-5 * pdf + 1e-7);
+            let weight = lobe.eval(&normals, from, sample.to) * sample.to.dot(n).abs() / pdf;
+            prop_assert!((weight - sample.weight).abs().max_element() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn refraction_can_be_reversed(n in unit(), from in unit(), ior in 0.25_f32..4.0) {
+        let n = if n.dot(from) < 0.0 { -n } else { n };
+        prop_assume!(n.dot(from) > 0.05);
+        if let Some(to) = refract(from, n, ior) {
+            prop_assume!(to.dot(-n) > 0.05);
+            let back = refract(to, -n, 1.0 / ior).expect("no total reflection on the way back");
+            prop_assert!((back - from).length() < 1e-3, "{back} {from}");
+            let (there, and_back) = (fresnel_dielectric(from.dot(n), ior), fresnel_dielectric(to.dot(-n), 1.0 / ior));
+            prop_assert!((there - and_back).abs() < 1e-3);
+            prop_assert!((0.0..=1.0).contains(&there));
+        }
+    }
+}
+
+/// Counts of samples in cells of equal probability: azimuth and squared sine for Lambert's law.
+fn cells(sample: impl Fn([f32; 3]) -> Vec3, bins: [usize; 2], n: u32) -> Vec<f64> {
+    let mut counts = vec![0.0; bins[0] * bins[1]];
+    let mut rng = Rng::new(3, Stream::Test, 0, 0);
+    for _ in 0..n {
+        let to = sample(rng.f32x3()).as_dvec3();
+        let turn = (to.y.atan2(to.x) / TAU).rem_euclid(1.0);
+        let sine2 = to.x * to.x + to.y * to.y;
+        let cell = |x: f64, bins: usize| ((x * bins as f64) as usize).min(bins - 1);
+        counts[cell(sine2, bins[1]) * bins[0] + cell(turn, bins[0])] += 1.0;
+    }
+    counts
+}
+
+/// χ² against equal probability, in standard deviations from its mean.
+fn chi2_z(counts: &[f64]) -> f64 {
+    let expected = counts.iter().sum::<f64>() / counts.len() as f64;
+    let chi2: f64 = counts.iter().map(|count| (count - expected).powi(2) / expected).sum();
+    let freedom = counts.len() as f64 - 1.0;
+    (chi2 - freedom) / (2.0 * freedom).sqrt()
+}
+
+#[test]
+fn lamberts_samples_follow_the_cosine() {
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    for front in [1.0, -1.0] {
+        let from = Vec3::new(0.6, 0.0, 0.8 * front);
+        let draw = |u| {
+            let sample = lobe.sample(&Normals::flat(Vec3::Z), from, Transport::Shooting, u);
+            sample.expect("both sides reflect").to
+        };
+        let z = chi2_z(&cells(draw, [16, 16], 400_000));
+        assert!(z < 4.0, "{z}");
+    }
+    // It can fail: a sphere's upper half is not cosine-distributed.
+    let uniform = |[a, b, _]: [f32; 3]| warp::about_z(1.0 - a, b);
+    assert!(chi2_z(&cells(uniform, [16, 16], 400_000)) > 100.0);
+    // And by little: 2 % more on one side.
+    let tilted = |[a, b, c]: [f32; 3]| {
+        let to = warp::cosine_hemisphere([a, b]);
+        if to.x < 0.0 && c < 0.02 { Vec3::new(-to.x, to.y, to.z) } else { to }
+    };
+    assert!(chi2_z(&cells(tilted, [16, 16], 400_000)) > 4.0);
+}
+
+#[test]
+fn branches_are_chosen_as_often_as_fresnel_says() {
+    let (ior, n) = (1.5_f32, 200_000);
+    let from = Vec3::new(0.8, 0.0, 0.6);
+    let mut rng = Rng::new(4, Stream::Test, 0, 0);
+    for (lobe, expected) in [
+        (Lobe::Dielectric(Dielectric { ior, tint: Vec3::ONE }), fresnel_dielectric(0.6, ior)),
+        (
+            Lobe::ThinDielectric(ThinDielectric { ior, tint: Vec3::ONE }),
+            ThinDielectric { ior, tint: Vec3::ONE }.reflectance(0.6),
+        ),
+    ] {
+        let reflected = (0..n)
+            .filter(|_| {
+                let sample = lobe.sample(&Normals::flat(Vec3::Z), from, Transport::Shooting, rng.f32x3());
+                sample.is_some_and(|sample| sample.to.z > 0.0)
+            })
+            .count();
+        let p = f64::from(expected);
+        let z = |p: f64| (reflected as f64 / f64::from(n) - p) / (p * (1.0 - p) / f64::from(n)).sqrt();
+        assert!(z(p).abs() < 3.5, "{}", z(p));
+        assert!(z(1.05 * p).abs() > 3.5 && z(0.95 * p).abs() > 3.5);
+    }
+}
+
+#[test]
+fn the_density_of_lambert_integrates_to_one() {
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let (rings, turns) = (400, 16);
+    let mut sum = 0.0;
+    for i in 0..rings {
+        let z = 2.0 * (f64::from(i) + 0.5) / f64::from(rings) - 1.0;
+        for j in 0..turns {
+            let to = warp::about_z(z as f32, (j as f32 + 0.5) / turns as f32);
+            let pdf = lobe.pdf(&Normals::flat(Vec3::Z), Vec3::new(0.6, 0.0, 0.8), to);
+            sum += f64::from(pdf) * 2.0 * TAU / f64::from(rings * turns);
+        }
+    }
+    assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+}

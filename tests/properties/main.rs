@@ -1,0 +1,4 @@
+//! Properties that hold for all inputs: the algebra of halves, and lobes.
+
+mod algebra;
+mod lobes;
