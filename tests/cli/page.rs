@@ -14,7 +14,7 @@ fn chromium() -> Option<PathBuf> {
 
 /// Opens the page in a window of its own profile, and returns what the browser printed.
 fn open(browser: &Path, page: &Path, dark: bool, more: &[&str]) -> String {
-    let profile = tempfile::tempdir().unwrap();
+    let profile = tempfile::tempdir().expect("a folder");
     let mut command = Command::new(browser);
     command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]);
     command.args(["--disable-background-networking", "--disable-component-update", "--disable-sync"]);
@@ -23,7 +23,7 @@ fn open(browser: &Path, page: &Path, dark: bool, more: &[&str]) -> String {
     if dark {
         command.args(["--force-dark-mode", "--blink-settings=preferredColorScheme=0"]);
     }
-    let output = command.args(more).arg(format!("file://{}", text(page))).output().unwrap();
+    let output = command.args(more).arg(format!("file://{}", text(page))).output().expect("it starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
@@ -34,7 +34,7 @@ fn the_page_draws_its_curves_and_pictures_without_errors() {
         eprintln!("SKIPPED: no Chromium here, so compare.html was not opened; install it or set CHROMIUM");
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     small_comparison(folder.path(), &["--illumination", "global", "--illumination", "one-bounce"]);
     let page = folder.path().join("compare.html");
     let dom = open(&browser, &page, false, &["--dump-dom"]);
