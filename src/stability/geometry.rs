@@ -53,7 +53,7 @@ fn coincident(_: Effort) -> Vec<Check> {
             checks.push(lit(
                 what,
                 |build, floor| {
-                    [up_first, !up_first].into_iter().for_each(|up| build.level(0.0, 1.0, up, floor))
+                    [up_first, !up_first].into_iter().for_each(|up| build.level(0.0, 1.0, up, floor));
                 },
                 illumination,
             ));

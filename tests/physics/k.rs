@@ -172,7 +172,7 @@ fn a_supercritical_box_is_refused_by_every_method_and_served_truncated() {
         render.pass();
         assert!(render.film().mean_colour().x > 0.0 && render.film().mean_colour().is_finite());
         let header = render.header();
-        let fact = |name: &str| header.get(name).and_then(|v| v.as_real()).expect("a fact");
+        let fact = |name: &str| header.get(name).and_then(halflight::film::Value::as_real).expect("a fact");
         assert!(fact("k") > 1.1 && fact("k_error") < 0.02 && fact("max_reflections") == 12.0);
     }
 }
