@@ -12,6 +12,9 @@ type Pattern = [[bool; 2]; 2];
 pub(super) struct Chain {
     /// Invisible, visible: whether such light can become the same light again by being reflected.
     pub live: [bool; 2],
+    /// The halves that such light may have on its way to a reflection that keeps it so; live ones and what crossings
+    /// make of them.
+    pub on_way: [bool; 2],
     /// Whether each of the two can become the other and return.
     coupled: bool,
     /// Whether live light goes straight through some surface.
@@ -34,8 +37,12 @@ impl Chain {
         let twice = product(step, step);
         let live = [0, 1].map(|half| step[half][half] || twice[half][half]);
         let coupled = step[0][1] && step[1][0];
-        let passes = (0..2).any(|i| (0..2).any(|j| live[i] && live[j] && straight[i][j]));
-        Self { live, coupled, passes }
+        let on_way = [0, 1].map(|half| {
+            let comes = (0..2).any(|from| live[from] && crossings[half][from]);
+            comes && (0..2).any(|to| live[to] && step[to][half])
+        });
+        let passes = (0..2).any(|i| (0..2).any(|j| on_way[i] && on_way[j] && straight[i][j]));
+        Self { live, on_way, coupled, passes }
     }
 
     /// True when nothing is reflected for ever.
@@ -43,10 +50,14 @@ impl Chain {
         self.live == [false; 2]
     }
 
-    /// The live halves of `matrix · power`.
-    pub fn kept(&self, matrix: Matrix, [invisible, visible]: [f32; 2]) -> [f32; 2] {
-        let all = matrix.rows().map(|[a, b]| a * invisible + b * visible);
-        [0, 1].map(|half| if self.live[half] { all[half] } else { 0.0 })
+    /// What is left of light after a crossing, as far as it matters.
+    pub fn crossed(&self, matrix: Matrix, power: [f32; 2]) -> [f32; 2] {
+        kept(matrix, power, self.on_way)
+    }
+
+    /// What is left of light after a reflection, as far as it matters.
+    pub fn reflected(&self, matrix: Matrix, power: [f32; 2]) -> [f32; 2] {
+        kept(matrix, power, self.live)
     }
 
     /// The most that one reflection of `material` makes of a watt of live light, in the channel where it is largest.
@@ -70,6 +81,12 @@ impl Chain {
         };
         row(0) + row(1)
     }
+}
+
+/// The chosen halves of `matrix · power`.
+fn kept(matrix: Matrix, [invisible, visible]: [f32; 2], halves: [bool; 2]) -> [f32; 2] {
+    let all = matrix.rows().map(|[a, b]| a * invisible + b * visible);
+    [0, 1].map(|half| if halves[half] { all[half] } else { 0.0 })
 }
 
 /// Materials that some triangle has, with their index.
@@ -124,7 +141,7 @@ mod tests {
         assert!(swap.live == [true, true] && swap.coupled && !swap.passes);
         // Reflection turns invisible into visible, and a crossing turns that back.
         let returns = chain("0,0,1,0/0,1,0,0");
-        assert!(!returns.ends() && returns.passes);
+        assert!(returns.live == [false, true] && returns.on_way == [true, true] && returns.passes);
         // It goes one way only.
         assert!(chain("0,0,1,0/0,0,1,0").ends());
     }

