@@ -1,6 +1,5 @@
 use super::*;
 use fearless_simd::Level;
-use std::time::Instant;
 
 /// A triangle around the z axis at height z.
 fn pane(z: f32) -> [Vec3; 3] {
@@ -40,21 +39,17 @@ fn coincident_triangles_each_count_once_fronts_first() {
 }
 
 #[test]
-fn many_equal_triangles_build_fast_and_all_count() {
-    let started = Instant::now();
-    let rays = clear(&vec![pane(1.0); 20_000]);
-    // 0.005 s; the bound is there to catch O(n²), which is 10 s.
-    assert!(started.elapsed().as_secs_f32() < 1.0);
+fn many_equal_triangles_all_count() {
+    // So many that a builder of O(n²), as obvhs' own is for equal boxes, would not end.
+    let rays = clear(&vec![pane(1.0); 200_000]);
     let hits = all(&rays, &UP);
-    assert!(hits.iter().map(|hit| hit.triangle).eq(0..20_000));
+    assert!(hits.iter().map(|hit| hit.triangle).eq(0..200_000));
 }
 
 #[test]
 fn a_fan_of_many_triangles_builds() {
-    let started = Instant::now();
     let rim = |i: usize| Vec3::new((i as f32 * 3e-4).cos(), (i as f32 * 3e-4).sin(), 1.0);
     let rays = clear(&(0..20_000).map(|i| [Vec3::Z, rim(i), rim(i + 1)]).collect::<Vec<_>>());
-    assert!(started.elapsed().as_secs_f32() < 5.0, "{:?}", started.elapsed());
     assert_eq!(all(&rays, &UP).len(), 1);
 }
 
