@@ -5,6 +5,7 @@ mod support;
 mod agreement;
 mod area_light;
 mod determinism;
+mod emission;
 mod extremes;
 mod furnace;
 mod glass;
