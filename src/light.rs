@@ -126,11 +126,6 @@ impl Matrix {
     pub fn is_diagonal(self) -> bool {
         self.inv_vis == 0.0 && self.vis_inv == 0.0
     }
-
-    /// The largest entry.
-    pub fn max_entry(self) -> f32 {
-        self.inv_inv.max(self.inv_vis).max(self.vis_inv).max(self.vis_vis)
-    }
 }
 
 impl Mul<Light> for Matrix {

@@ -72,11 +72,6 @@ impl Render {
         &self.film
     }
 
-    /// Photons stored over all passes so far.
-    pub fn stored_photons(&self) -> u64 {
-        self.stored
-    }
-
     /// How far the picture is from the truth, as far as it can tell. None below two passes.
     pub fn error(&self) -> Option<ErrorEstimate> {
         Some(ErrorEstimate { noise: self.film.relative_error()?, bias: self.film.relative_bias()? })

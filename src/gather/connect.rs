@@ -25,7 +25,7 @@ pub struct Connection {
 pub struct Connections {
     /// Punctual luminaires that are all connected at every hit, by index.
     every: Vec<u32>,
-    /// Luminaires of which one is chosen, by index, with cumulative probabilities in proportion to power.
+    /// Luminaires of which one is chosen, by index, with cumulative probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
     cumulative: Vec<f64>,
 }

@@ -92,11 +92,6 @@ pub struct Bsdf {
 }
 
 impl Bsdf {
-    /// True when no light gets straight through.
-    pub fn blocks(&self) -> bool {
-        self.straight.is_zero()
-    }
-
     /// True when some term is diffuse-like: photons deposited here can be seen by density estimation.
     pub fn has_finite_lobe(&self) -> bool {
         self.terms.iter().any(|term| !term.lobe.is_delta())

@@ -1,6 +1,6 @@
 //! From a luminaire to the start of a photon path.
 
-use crate::light::{Light, Power};
+use crate::light::Power;
 use crate::sampling::warp;
 use crate::scene::{Luminaire, Scene, warn_falloff};
 use glam::Vec3;
@@ -74,11 +74,6 @@ impl<'a, P: Power> Emitters<'a, P> {
             cumulative.push(below);
         }
         Some(Self { scene, centre, radius, cumulative, marker: std::marker::PhantomData })
-    }
-
-    /// Total power of all luminaires, W.
-    pub fn total(&self) -> Light {
-        self.scene.luminaires.iter().fold(Light::ZERO, |sum, l| sum + l.power(self.radius))
     }
 
     /// The start of one of `paths` paths, from numbers in [0, 1).

@@ -5,7 +5,7 @@ mod emission;
 pub(crate) use emission::ALIKE;
 pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
 
-use crate::light::{Light, Power};
+use crate::light::Power;
 use crate::optics::{Bsdf, Sample, Transport};
 use crate::plan::{PhotonClasses, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
@@ -329,9 +329,4 @@ impl PhotonClasses {
             PathClass::Indirect => self.indirect,
         }
     }
-}
-
-/// The power that all luminaires emit in both halves, W.
-pub fn emitted_power(plan: &Plan) -> Light {
-    Emitters::<Light>::new(&plan.scene).map_or(Light::ZERO, |emitters| emitters.total())
 }
