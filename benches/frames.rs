@@ -1,7 +1,9 @@
 //! Whole passes and their stages: `cargo bench --bench frames`.
 
+mod omission_scenes;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use halflight::film::Layer;
 use halflight::gather::{Connections, Maps, gather};
 use halflight::light::Invisible;
@@ -9,7 +11,9 @@ use halflight::photon_map::PhotonMap;
 use halflight::plan::{Plan, Settings};
 use halflight::render::render_pass;
 use halflight::scene::{Illumination, Scene};
-use halflight::shoot::shoot;
+use halflight::shoot::{Photon, shoot};
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use omission_scenes::What;
 use std::hint::black_box;
 
 fn plan(scene: &str, illumination: Option<Illumination>) -> Plan {
@@ -60,6 +64,7 @@ fn queries(c: &mut Criterion) {
         .step_by(37)
         .map(|photon| (photon.position, Vec3::from_array(photon.normal.map(f32::from)).normalize()))
         .collect();
+    let theirs = Kiddo::new(&photons);
     let map = PhotonMap::build(photons);
     let count = |radius: f32| -> u64 { places.iter().map(|(p, n)| map.count(*p, *n, radius) as u64).sum() };
     let mut group = c.benchmark_group("radius query (photons gathered)");
@@ -69,8 +74,41 @@ fn queries(c: &mut Criterion) {
         group.bench_function(format!("radius {radius}"), |b| {
             b.iter(|| places.iter().map(|(p, n)| map.flux(*p, *n, radius, u16::MAX).whole.0).sum::<Vec3>());
         });
+        group.bench_function(format!("radius {radius}, kiddo"), |b| {
+            b.iter(|| places.iter().map(|(p, n)| theirs.flux(*p, *n, radius)).sum::<Vec3>());
+        });
     }
     group.finish();
+}
+
+/// The same queries by kiddo as it does best: positions turned by a generic rotation, powers in the order of the tree.
+struct Kiddo {
+    tree: ImmutableKdTree<f32, 3>,
+    turn: Mat3,
+    photons: Vec<Photon<Invisible>>,
+}
+
+impl Kiddo {
+    fn new(photons: &[Photon<Invisible>]) -> Self {
+        let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
+        // In the order of our own tree, which is as near in memory as a Morton curve.
+        let near = PhotonMap::build(photons.to_vec()).into_photons();
+        let turned: Vec<[f32; 3]> = near.iter().map(|photon| (turn * photon.position).to_array()).collect();
+        let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&turned).expect("finite positions");
+        Self { tree, turn, photons: near }
+    }
+
+    fn flux(&self, position: Vec3, normal: Vec3, radius: f32) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        let query = (self.turn * position).to_array();
+        self.tree.query(&query).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().visit(|near| {
+            let photon = &self.photons[near.item as usize];
+            if photon.cos_to(normal) > 0.5 && (photon.position - position).dot(normal).abs() < 0.25 * radius {
+                sum += photon.power.0;
+            }
+        });
+        sum
+    }
 }
 
 /// Whole passes of the paper's Figure 1 scene at the corners of the square.
@@ -89,5 +127,31 @@ fn corners(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, stages, queries, corners);
+/// Each omission off and on, on a scene where it matters; and all of them on one that needs everything, where they must
+/// cost nothing.
+fn omissions(c: &mut Criterion) {
+    let settings = Settings { width: 256, height: 256, paths: Some(65_536), ..Settings::default() };
+    let everything = Settings { keep_everything: true, ..settings.clone() };
+    let mut pair = |group: &str, scene: &dyn Fn() -> Scene, keep: &Settings| {
+        let mut group = c.benchmark_group(group);
+        group.sample_size(10);
+        for (name, settings) in [("with", keep), ("without", &settings)] {
+            let plan = Plan::new(scene(), settings.clone());
+            let connections = Connections::new(&plan.scene);
+            group.bench_function(name, |b| {
+                b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+            });
+        }
+        group.finish();
+    };
+    for row in omission_scenes::rows() {
+        let keep = match row.what {
+            What::One(what) => Settings { keep: vec![what], ..settings.clone() },
+            What::Everything => everything.clone(),
+        };
+        pair(&format!("omission of {} on {}, {}", row.what.name(), row.scene, row.why), &row.make, &keep);
+    }
+}
+
+criterion_group!(benches, stages, queries, corners, omissions);
 criterion_main!(benches);

@@ -71,15 +71,18 @@
 //! B. Burley 2020: Practical hash-based Owen scrambling. ·
 //! M. Pharr, W. Jakob, G. Humphreys: Physically based rendering, 4th ed.
 
+pub mod atlas;
 pub mod cli;
 pub mod error;
 pub mod film;
+pub mod forecast;
 pub mod gather;
 pub mod light;
 pub mod measure;
 pub mod optics;
 pub mod path_trace;
 pub mod photon_map;
+pub mod pilot;
 pub mod plan;
 pub mod rays;
 pub mod render;

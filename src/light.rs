@@ -241,6 +241,12 @@ pub trait Power: Copy + Default + Send + Sync + Add<Output = Self> + AddAssign {
     fn read(self, row: Row) -> Vec3;
     /// The components, invisible half first.
     fn light(self) -> Light;
+    /// How many numbers are carried.
+    const COMPONENTS: usize;
+    /// One of them.
+    fn component(self, index: usize) -> f32;
+    /// From all of them.
+    fn from_components(component: impl Fn(usize) -> f32) -> Self;
 }
 
 impl Power for Light {
@@ -264,6 +270,14 @@ impl Power for Light {
     }
     fn light(self) -> Light {
         self
+    }
+    const COMPONENTS: usize = 6;
+    fn component(self, index: usize) -> f32 {
+        if index < 3 { self.invisible[index] } else { self.visible[index - 3] }
+    }
+    fn from_components(component: impl Fn(usize) -> f32) -> Self {
+        let half = |first: usize| Vec3::from_array(std::array::from_fn(|i| component(first + i)));
+        Self::new(half(0), half(3))
     }
 }
 
@@ -305,6 +319,13 @@ impl Power for Invisible {
     }
     fn light(self) -> Light {
         Light::new(self.0, Vec3::ZERO)
+    }
+    const COMPONENTS: usize = 3;
+    fn component(self, index: usize) -> f32 {
+        self.0[index]
+    }
+    fn from_components(component: impl Fn(usize) -> f32) -> Self {
+        Self(Vec3::from_array(std::array::from_fn(component)))
     }
 }
 

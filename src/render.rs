@@ -3,13 +3,15 @@
 //! A pass reads: shoot photons, build the maps, gather. Which kernels serve (one half or both on the way, one picture
 //! or two at the camera) is matched once per pass, outside all loops.
 
+use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
 use crate::film::{Film, Header, Layer, PassImage};
 use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
 use crate::measure::{Existence, Multiplication};
 use crate::path_trace::{PathSettings, Rows, Strength, trace_pass, unreachable_luminaires};
-use crate::plan::{Method, Plan, Settings};
+use crate::pilot::choose_direct;
+use crate::plan::{Direct, Method, Omittable, Plan, Settings};
 use crate::scene::Scene;
 use crate::shoot::{Ledger, Photons, shoot};
 use glam::Vec3;
@@ -32,6 +34,9 @@ pub struct Render {
     plan: Plan,
     connections: Connections,
     film: Film,
+    atlas: Option<AtlasRun>,
+    /// The scene's illumination in words.
+    illumination: String,
     /// Photons stored over all passes.
     stored: u64,
     seconds: f64,
@@ -52,14 +57,32 @@ impl Render {
         }
         let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
         let film = Film::new(settings.width, settings.height, &layers);
-        let plan = Plan::new(scene, settings);
+        let illumination = scene.describe_illumination();
+        if settings.atlas {
+            atlas::check(&scene, &settings)?;
+            let at = scene.point().expect("some material follows the square");
+            // Crossings are counted along every connection, also of matter that does nothing at (1, 1).
+            let counted = [Omittable::Matter, Omittable::Visibility, Omittable::Casters];
+            let keep = settings.keep.iter().copied().chain(counted).collect();
+            let mut plan = Plan::new(scene.at(1.0, 1.0), Settings { keep, ..settings });
+            let atlas = Some(AtlasRun::new(&mut plan, at)?);
+            let connections = Connections::new(&plan.scene);
+            let seconds = begin.elapsed().as_secs_f64();
+            return Ok(Self { plan, connections, film, atlas, illumination, stored: 0, seconds });
+        }
+        let auto = settings.direct == Direct::Auto;
+        let mut plan = Plan::new(scene, settings);
         if plan.settings.max_reflections.is_none()
             && let Some(refusal) = plan.existence.refusal(&plan.scene)
         {
             return Err(Error::NoImage(refusal));
         }
         let connections = Connections::new(&plan.scene);
-        Ok(Self { plan, connections, film, stored: 0, seconds: begin.elapsed().as_secs_f64() })
+        if auto {
+            choose_direct(&mut plan, &connections);
+        }
+        let seconds = begin.elapsed().as_secs_f64();
+        Ok(Self { plan, connections, film, atlas: None, illumination, stored: 0, seconds })
     }
 
     /// What is done and what is left out.
@@ -70,6 +93,16 @@ impl Render {
     /// The sums so far.
     pub fn film(&self) -> &Film {
         &self.film
+    }
+
+    /// The atlas as it is made. None where [`Settings::atlas`] was not asked for.
+    pub fn atlas_run(&self) -> Option<&AtlasRun> {
+        self.atlas.as_ref()
+    }
+
+    /// Every picture of the square so far. None where [`Settings::atlas`] was not asked for.
+    pub fn atlas(&self) -> Option<Atlas> {
+        self.atlas.as_ref().map(AtlasRun::atlas)
     }
 
     /// How far the picture is from the truth, as far as it can tell. None below two passes.
@@ -83,7 +116,13 @@ impl Render {
         let pass = self.film.passes();
         let biased = self.plan.photons.is_some().then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
-        let (image, stored) = render_pass(&self.plan, &self.connections, pass, &planes);
+        let (image, stored) = match &mut self.atlas {
+            None => render_pass(&self.plan, &self.connections, pass, &planes),
+            Some(atlas) => {
+                let (gathered, stored) = atlas.pass(&self.plan, &self.connections, pass);
+                (pass_image(&self.plan.settings, &gathered, &planes), stored)
+            }
+        };
         self.stored += stored;
         self.film.add(&image);
         self.seconds += begin.elapsed().as_secs_f64();
@@ -91,21 +130,23 @@ impl Render {
 
     /// Facts about the picture for its file.
     pub fn header(&self) -> Header {
-        let Plan { scene, settings, photons, omissions, existence, .. } = &self.plan;
+        let Plan { scene, settings, photons, omissions, existence, scene_hash, .. } = &self.plan;
         let omitted: Vec<_> = omissions.iter().map(|omission| omission.name).collect();
         let mut header = Header::new()
             .with("version", env!("CARGO_PKG_VERSION"))
             .with("method", settings.method.name())
             .with("scene", scene.name.clone())
-            .with("scene_hash", format!("{:016x}", scene.hash()))
-            .with("illumination", scene.describe_illumination())
+            .with("scene_hash", format!("{scene_hash:016x}"))
+            .with("illumination", self.illumination.clone())
             .with("seed", settings.seed.to_string())
             .with("passes", self.film.passes())
             .with("paths_per_pass", photons.as_ref().map_or(0, |photons| photons.paths))
             .with("photons", self.stored.to_string())
             .with("omitted", omitted.join(" "))
+            .with("plan", self.plan.one_line())
             .with("seconds", self.seconds);
         match existence {
+            _ if self.atlas.is_some() => {} // that of the whole square is in the atlas
             Existence::Certain { at_most, .. } => header.set("k_at_most", *at_most),
             Existence::Measured(Multiplication { k, error, .. }) => {
                 header.set("k", *k);
@@ -161,9 +202,12 @@ fn pass_with<P: Power, const R: usize>(
     let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
     let maps = Maps::build(photons, plan, pass);
     let gathered = gather::<P, R>(plan, connections, &maps, pass);
-    let Settings { width, height, .. } = plan.settings;
-    let planes = planes.iter().map(|&layer| (layer, plane(&gathered, layer))).collect();
-    (PassImage { width, height, planes }, stored)
+    (pass_image(&plan.settings, &gathered, planes), stored)
+}
+
+fn pass_image<const R: usize>(settings: &Settings, gathered: &Gathered<R>, planes: &[Layer]) -> PassImage {
+    let planes = planes.iter().map(|&layer| (layer, plane(gathered, layer))).collect();
+    PassImage { width: settings.width, height: settings.height, planes }
 }
 
 fn path_pass(plan: &Plan, strength: Strength, pass: u32, planes: &[Layer]) -> PassImage {
@@ -204,7 +248,7 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
     Ok(())
 }
 
-fn no_photons<P>() -> Photons<P> {
+pub(crate) fn no_photons<P>() -> Photons<P> {
     Photons { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
 }
 

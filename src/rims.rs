@@ -6,12 +6,16 @@
 //! π r² + Σ over rims of ½ (A × B − r² ∠AB), where A, B are the ends of the part of the rim that lies within the
 //! disk, seen from its centre, with the surface on their left. Rims of coplanar pieces that merely abut cancel.
 
+mod edges;
+
 use crate::scene::Scene;
+use edges::{Edges, weld};
 use glam::{Vec2, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::time::Duration;
@@ -66,21 +70,34 @@ impl Rims {
         self.rims.len()
     }
 
+    /// What they take in memory.
+    pub fn bytes(&self) -> usize {
+        let tree = |tree: &Bvh2| size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..]);
+        size_of_val(&self.rims[..]) + self.tree.as_ref().map_or(0, tree)
+    }
+
     /// True when no surface ends.
     pub fn is_empty(&self) -> bool {
         self.rims.is_empty()
     }
 
     /// The area (m²) of the surface within `radius` of `position`, seen from the side of `normal`.
+    pub fn area(&self, position: Vec3, normal: Vec3, radius: f32) -> f32 {
+        let [area] = self.areas(position, normal, [radius]);
+        area
+    }
+
+    /// The areas (m²) of the surface within each of the radii of `position`, seen from the side of `normal`.
     ///
     /// Right for flat surfaces with rims of any shape; curved ones are taken by their tangent plane. Where rounding
     /// leaves nothing, at the very tip of a surface, the whole disk stands in: its bias, too, shrinks with the radius.
-    pub fn area(&self, position: Vec3, normal: Vec3, radius: f32) -> f32 {
-        let whole = PI * radius * radius;
+    pub fn areas<const N: usize>(&self, position: Vec3, normal: Vec3, radii: [f32; N]) -> [f32; N] {
+        let whole = radii.map(|radius| PI * radius * radius);
         let Some(tree) = &self.tree else { return whole };
         let (right, up) = normal.any_orthonormal_pair();
-        let mut beyond = 0.0;
-        let reach = Aabb::new((position - radius).into(), (position + radius).into());
+        let mut beyond = [0.0; N];
+        let widest = radii.into_iter().fold(0.0, f32::max);
+        let reach = Aabb::new((position - widest).into(), (position + widest).into());
         tree.aabb_traverse(reach, |tree, node| {
             let node = &tree.nodes[node as usize];
             for slot in node.first_index..node.first_index + node.prim_count {
@@ -90,16 +107,20 @@ impl Rims {
                     continue;
                 }
                 let ends = [rim.a - position, rim.b - position];
-                if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
-                    let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
-                    beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
+                for (beyond, radius) in beyond.iter_mut().zip(radii) {
+                    if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
+                        let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
+                        *beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
+                    }
                 }
             }
             true
         });
-        let area = whole + beyond;
-        // A billionth of the disk is below what its f32 terms can tell from nothing.
-        if area > 1e-6 * whole { area } else { whole }
+        std::array::from_fn(|i| {
+            let area = whole[i] + beyond[i];
+            // A billionth of the disk is below what its f32 terms can tell from nothing.
+            if area > 1e-6 * whole[i] { area } else { whole[i] }
+        })
     }
 }
 
@@ -134,46 +155,32 @@ fn within_slab([a, b]: [Vec3; 2], normal: Vec3, half: f32) -> Option<[Vec3; 2]> 
     (low < high).then(|| [a + low * (b - a), a + high * (b - a)])
 }
 
-/// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`].
+/// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`], in the order of triangles.
 fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
     let mesh = &scene.mesh;
-    let surface = |t: usize| &scene.surfaces[mesh.surface[t] as usize];
-    let takes = |t: usize| takes_photons[surface(t).material as usize];
-    // Vertices are the same where their positions are, bit for bit; + 0.0 makes −0.0 equal to 0.0.
-    let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
-    let mut vertices = HashMap::with_capacity(mesh.positions.len());
-    let welded: Vec<u32> = mesh
-        .positions
-        .iter()
-        .map(|&p| {
-            let next = vertices.len() as u32;
-            *vertices.entry(key(p)).or_insert(next)
-        })
-        .collect();
-    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-    let corners = |t: usize| mesh.triangles[t].map(|i| welded[i as usize]);
-    let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
-    for t in (0..mesh.triangles.len()).filter(|&t| takes(t)) {
-        for edge in sides(corners(t)) {
-            edges.entry(edge).or_default().push(t as u32);
-        }
-    }
-    let mut rims = Vec::new();
-    for t in (0..mesh.triangles.len()).filter(|&t| takes(t)) {
-        let normal = mesh.normal(t as u32);
-        let places = mesh.corners(t as u32);
-        for (k, (a, b)) in sides(corners(t)).into_iter().enumerate() {
-            let goes_on = edges
-                .get(&(b, a))
-                .is_some_and(|others| others.iter().any(|&o| mesh.normal(o).dot(normal) > SAME_SIDE_COSINE));
-            if !goes_on {
-                let material = &scene.materials[surface(t).material as usize];
-                let two_sided = material.bsdf.terms.iter().any(|term| term.lobe.is_two_sided());
-                rims.push(Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0 });
-            }
-        }
-    }
-    rims
+    let material = |t: u32| scene.surfaces[mesh.surface[t as usize] as usize].material as usize;
+    let takes: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|t| takes_photons[material(*t)]).collect();
+    let normals: Vec<Vec3> = takes.par_iter().map(|t| mesh.normal(*t)).collect();
+    let welded = weld(&mesh.positions);
+    let sides = |t: &u32| {
+        let [a, b, c] = mesh.triangles[*t as usize].map(|i| welded[i as usize]);
+        [(a, b), (b, c), (c, a)]
+    };
+    let edges = Edges::of(mesh.positions.len(), takes.iter().map(sides));
+    let ends = |normal: Vec3, (from, to): (u32, u32)| {
+        !edges.between(to, from).any(|other| normals[other as usize].dot(normal) > SAME_SIDE_COSINE)
+    };
+    let rims_of = |(t, &normal): (&u32, &Vec3)| {
+        let places = mesh.corners(*t);
+        let terms = &scene.materials[material(*t)].bsdf.terms;
+        let rim = |k: usize| {
+            let two_sided = terms.iter().any(|term| term.lobe.is_two_sided());
+            Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0 }
+        };
+        let sides = sides(t);
+        (0..3).filter(|k| ends(normal, sides[*k])).map(rim).collect::<Vec<_>>()
+    };
+    takes.par_iter().zip(&normals).flat_map_iter(rims_of).collect()
 }
 
 /// Equal rims become one that counts for all: piles of equal boxes would take the tree's builder quadratic time.

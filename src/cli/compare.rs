@@ -1,7 +1,8 @@
 //! `halflight compare`: error against run time.
 
-use super::render::{duration, size};
+use super::render::duration;
 use super::scene_args::SceneArgs;
+use super::settings_args::size;
 use crate::error::{Error, Result};
 use crate::film::{check_writable, replace_file};
 use crate::measure::race::{Course, Run, race};
@@ -52,8 +53,8 @@ pub struct CompareArgs {
     /// Photon paths per pass [default: chosen by the plan]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     photons: Option<u32>,
-    /// Camera samples per pixel and pass of the path tracers
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Camera samples per pixel and pass of the path tracers, stratified against each other
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     samples: u32,
     /// Cut the series after N reflections, as in `render`
     #[arg(long, value_name = "N")]
@@ -378,12 +379,10 @@ impl CompareArgs {
 
     fn settings(&self) -> Settings {
         Settings {
-            width: self.size.0,
-            height: self.size.1,
             paths: self.photons,
             samples: self.samples,
             max_reflections: self.max_reflections,
-            ..Settings::default()
+            ..Settings::for_film(self.size.0, self.size.1)
         }
     }
 }

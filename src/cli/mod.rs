@@ -6,10 +6,13 @@ pub mod diff;
 #[cfg(test)]
 mod diff_tests;
 mod diff_text;
+mod mix;
 mod plan;
 mod progress;
 mod render;
 mod scene_args;
+mod settings_args;
+mod view;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -31,6 +34,10 @@ enum Command {
     Plan(plan::PlanArgs),
     /// Check numerical stability: a scene's, or a suite of stiff and extreme cases against closed forms.
     Check(check::CheckArgs),
+    /// Make any picture of the illumination square from an atlas.
+    Mix(mix::MixArgs),
+    /// Make a page of an atlas in which one can walk about the illumination square.
+    View(view::ViewArgs),
     /// Compare a picture with a reference: RMSE, relMSE, bias, e_pixel, mean colour, FLIP.
     Diff(diff::DiffArgs),
     /// Error against run time: methods, time budgets and seeds against a reference.
@@ -63,6 +70,8 @@ fn run(command: Command) -> Result<ExitCode> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(&args),
+        Command::Mix(args) => mix::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Check(args) => check::run(args),
         Command::Diff(args) => Ok(match diff::run(&args)? {

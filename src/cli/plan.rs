@@ -1,22 +1,203 @@
 use super::scene_args::SceneArgs;
+use super::settings_args::SettingsArgs;
 use crate::error::Result;
-use crate::plan::{Plan, Settings};
+use crate::film::Layer;
+use crate::forecast::{Forecast, Saving, savings};
+use crate::gather::Connections;
+use crate::measure::Existence;
+use crate::pilot::choose_direct;
+use crate::plan::{Direct, Plan};
+use crate::scene::Scene;
 use clap::Args;
+use serde_json::{Value, json};
+use std::io::Write;
 use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct PlanArgs {
     #[command(flatten)]
     scene: SceneArgs,
+
+    #[command(flatten)]
+    settings: SettingsArgs,
+
+    /// Print it as JSON, for programs.
+    #[arg(long)]
+    json: bool,
 }
 
+/// Below this share of a pass two timings are not told apart.
+const TOLD_APART: f64 = 0.05;
+
 pub fn run(args: &PlanArgs) -> Result<ExitCode> {
+    let (settings, layers) = args.settings.resolve()?;
     let scene = args.scene.load()?;
-    let notes = scene.notes.clone();
-    let plan = Plan::new(scene, Settings::default());
-    print!("{}", plan.describe());
-    for note in notes {
-        println!("note: {note}");
+    let auto = settings.direct == Direct::Auto;
+    let (mut plan, forecast) = Forecast::make(scene.clone(), settings, &layers);
+    if auto {
+        let connections = Connections::new(&plan.scene);
+        choose_direct(&mut plan, &connections);
+    }
+    let savings = savings(&scene, &plan, &forecast, &layers);
+    if args.json {
+        print(&format!("{:#}\n", as_json(&scene, &plan, &forecast, &savings, &layers)));
+    } else {
+        let notes: String = scene.notes.iter().map(|note| format!("note: {note}\n")).collect();
+        print(&(as_text(&scene, &plan, &forecast, &savings) + &notes));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whoever closes the pipe has read enough.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving]) -> String {
+    let mut text = format!("{}\nscene: {}\n", plan.one_line(), facts(scene));
+    text.push_str(&format!("multiplication factor: {}\n", plan.existence.describe()));
+    text.extend(plan.existence.refusal(&plan.scene).map(|refusal| format!("{refusal}\n")));
+    text.extend(plan.existence.warning().map(|warning| format!("warning: {warning}\n")));
+    for technique in plan.techniques() {
+        text.push_str(&format!("{}: {}, {}\n", technique.paths, technique.by, technique.because));
+    }
+    for (omission, saving) in plan.omissions.iter().zip(savings) {
+        text.push_str(&format!("left out {}: {} ({})\n", omission.name, omission.reason, saved(saving)));
+    }
+    let memory = forecast.memory;
+    text.push_str(&format!(
+        "memory: about {} (planning {}; scene {}, index {}, film {}, photons {}, pass {})\n",
+        bytes(memory.total() as f64),
+        bytes(memory.planning as f64),
+        bytes(memory.scene as f64),
+        bytes(memory.index as f64),
+        bytes(memory.film as f64),
+        bytes(memory.photons as f64),
+        bytes(memory.pass as f64),
+    ));
+    let pass = forecast.pass;
+    let share = |part: f64| (100.0 * part / pass.total()).round();
+    if pass.total() > 0.0 {
+        text.push_str(&format!(
+            "time: {} of a processor for planning, then about {} a pass (shooting {} %, maps {} %, gathering {} %); passes \
+             run on {} threads\n",
+            seconds(forecast.planning),
+            seconds(pass.total()),
+            share(pass.shoot),
+            share(pass.maps),
+            share(pass.gather),
+            rayon::current_num_threads(),
+        ));
+    }
+    text
+}
+
+fn as_json(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving], layers: &[Layer]) -> Value {
+    let k = match &plan.existence {
+        Existence::Certain { at_most, .. } => json!({ "at_most": at_most }),
+        Existence::Measured(m) => {
+            json!({ "k": m.k, "error": m.error, "image_exists": !plan.existence.is_refuted() })
+        }
+    };
+    let omissions: Vec<Value> = plan
+        .omissions
+        .iter()
+        .zip(savings)
+        .map(|(omission, saving)| {
+            let saves = json!({
+                "pass_share": saving.pass, "planning_seconds": saving.planning, "bytes": saving.bytes,
+            });
+            json!({ "name": omission.name, "reason": omission.reason, "saves": saves })
+        })
+        .collect();
+    let techniques: Vec<Value> = plan
+        .techniques()
+        .iter()
+        .map(|t| json!({ "paths": t.paths, "by": t.by, "because": t.because }))
+        .collect();
+    let photons = plan.photons.as_ref().map(|photons| {
+        json!({
+            "paths": photons.paths,
+            "direct": photons.classes.direct,
+            "caustic": photons.classes.caustic,
+            "indirect": photons.classes.indirect,
+            "both_halves": photons.both_halves,
+            "kept": photons.keep,
+        })
+    });
+    let settings = &plan.settings;
+    let (memory, pass) = (forecast.memory, forecast.pass);
+    json!({
+        "scene": {
+            "name": scene.name,
+            "hash": format!("{:016x}", plan.scene_hash),
+            "triangles": scene.mesh.triangles.len(),
+            "triangles_rendered": plan.scene.mesh.triangles.len(),
+            "materials": scene.materials.len(),
+            "luminaires": scene.luminaires.len(),
+            "illumination": scene.describe_illumination(),
+            "notes": scene.notes,
+        },
+        "size": [settings.width, settings.height],
+        "layers": layers.iter().map(|layer| layer.name()).collect::<Vec<_>>(),
+        "method": settings.method.name(),
+        "seed": settings.seed,
+        "max_reflections": settings.max_reflections,
+        "multiplication_factor": k,
+        "photons": photons,
+        "techniques": techniques,
+        "omissions": omissions,
+        "memory_bytes": {
+            "total": memory.total(), "scene": memory.scene, "index": memory.index, "film": memory.film,
+            "photons": memory.photons, "pass": memory.pass, "planning": memory.planning,
+        },
+        "processor_seconds": {
+            "planning": forecast.planning, "pass": pass.total(), "shoot": pass.shoot, "maps": pass.maps,
+            "gather": pass.gather, "threads": rayon::current_num_threads(),
+        },
+    })
+}
+
+fn facts(scene: &Scene) -> String {
+    let smooth = scene.surfaces.iter().filter(|surface| surface.smooth).count();
+    let punctual = scene.luminaires.iter().filter(|luminaire| luminaire.is_delta()).count();
+    format!(
+        "{} triangles in {} surfaces ({smooth} smooth), {} materials, {} emissive triangles, {punctual} punctual lights",
+        scene.mesh.triangles.len(),
+        scene.surfaces.len(),
+        scene.materials.len(),
+        scene.luminaires.len() - punctual,
+    )
+}
+
+/// What an omission saves, in words.
+fn saved(saving: &Saving) -> String {
+    let mut words = Vec::new();
+    if saving.pass > TOLD_APART {
+        words.push(format!("a pass with it takes {:.2} times as long", 1.0 + saving.pass));
+    }
+    if saving.planning > 0.01 {
+        words.push(format!("{} of planning", seconds(saving.planning)));
+    }
+    if saving.bytes > 0 {
+        words.push(bytes(saving.bytes as f64));
+    }
+    if words.is_empty() {
+        "saves nothing that could be measured here".into()
+    } else {
+        format!("saves: {}", words.join(", "))
+    }
+}
+
+fn bytes(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e4 => format!("{b:.0} B"),
+        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.2} GB", b / 1e9),
+    }
+}
+
+fn seconds(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.0} ms", 1e3 * seconds) } else { format!("{seconds:.1} s") }
 }

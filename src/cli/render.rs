@@ -1,10 +1,11 @@
 use super::progress::Progress;
 use super::scene_args::SceneArgs;
+use super::settings_args::SettingsArgs;
 use crate::error::{Error, Result};
-use crate::film::{Layer, check_writable, write_exr, write_png};
-use crate::plan::{Direct, Method, Settings};
+use crate::film::{check_writable, write_exr, write_image_exr, write_png};
+use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Render};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -20,9 +21,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE.exr", default_value = "halflight.exr")]
     output: PathBuf,
 
-    /// Film size in pixels.
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "512x512", value_parser = size)]
-    size: (u32, u32),
+    #[command(flatten)]
+    settings: SettingsArgs,
 
     /// Stop after so many passes. Without --passes, --time and --error: 64. The first limit reached ends the render.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -37,44 +37,15 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     error: Option<f64>,
 
-    /// Photon paths per pass. Default: chosen by the plan.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    photons: Option<u32>,
-
-    /// Who serves light that comes straight from luminaires: connections from camera hits, or photons too.
-    #[arg(long, value_enum, default_value_t = DirectArg::Connection)]
-    direct: DirectArg,
-
-    /// Everything random follows from it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-
     /// Threads; the picture does not depend on it. Default: all processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 
-    /// Layers of the EXR file, comma-separated: visible, invisible, error, bias, emitted, direct, caustic, indirect, depth,
-    /// normal, albedo; or `all`.
-    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
-    layers: Vec<String>,
-
-    /// Cut the series: no light that was reflected more than N times, the reflection towards the camera and mirrors
-    /// and glass included. 0 shows luminaires alone.
-    #[arg(long, value_name = "N")]
-    max_reflections: Option<u32>,
-
-    /// Who transports light: photons with a final gather; path, a gathering path tracer with connections to luminaires;
-    /// path-plain, one that finds them by chance, as the paper's.
-    #[arg(long, value_enum, default_value_t = MethodArg::Photon)]
-    method: MethodArg,
-
-    /// Camera samples per pixel and pass of the path tracers.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    samples: u32,
-
-    /// Leave nothing out, needed or not.
+    /// Also store every picture of the illumination square, for `halflight mix` and `halflight view`: light by its number
+    /// of reflections and straight crossings. The picture itself is that of --illumination. Takes about 2 KB of memory
+    /// a pixel.
     #[arg(long)]
-    keep_everything: bool,
+    atlas: bool,
 
     /// Exposure of the PNG preview in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -85,28 +56,15 @@ pub struct RenderArgs {
     quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum MethodArg {
-    Photon,
-    Path,
-    PathPlain,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum DirectArg {
-    /// From camera hits to points on luminaires.
-    Connection,
-    /// By density estimation, like all other light.
-    Photons,
-}
-
 /// Passes of a render that was given no limit.
 const DEFAULT_PASSES: u32 = 64;
 /// The longest time between two pictures on disk.
 const LONGEST_SILENCE: Duration = Duration::from_secs(60);
+/// Unless writing takes more than one part in so many of the time.
+const MOST_WRITING: u32 = 50;
 
 pub fn run(args: RenderArgs) -> Result<ExitCode> {
-    let layers = layers(&args.layers)?;
+    let (settings, layers) = args.settings.resolve()?;
     let png = args.output.with_extension("png");
     if png == args.output {
         return Err(Error::Usage(format!(
@@ -127,13 +85,16 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     if !args.quiet {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }
-    let mut render = Render::new(scene, settings(&args), &layers)?;
-    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.quiet) {
+    let mut render = Render::new(scene, Settings { atlas: args.atlas, ..settings }, &layers)?;
+    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.quiet && !args.atlas) {
         eprintln!("warning: {warning}");
+    }
+    if let Some(atlas) = render.atlas_run().filter(|_| !args.quiet) {
+        eprintln!("{}", atlas.describe());
     }
     let stop = stop_on_interrupt();
     let mut progress = Progress::new(args.quiet, &render, &args.limits());
-    let mut next_write = begin.elapsed();
+    let mut next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
     loop {
         render.pass();
         let elapsed = begin.elapsed();
@@ -144,7 +105,9 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
         }
         if elapsed >= next_write {
             write(&render, &args.output, &png, args.exposure)?;
-            next_write = elapsed + elapsed.min(LONGEST_SILENCE);
+            // An atlas is a hundred pictures and takes seconds to write.
+            let writing = begin.elapsed() - elapsed;
+            next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
         }
     }
     write(&render, &args.output, &png, args.exposure)?;
@@ -153,7 +116,14 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 }
 
 fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
-    write_exr(exr, render.film(), &render.header())?;
+    match render.atlas() {
+        None => write_exr(exr, render.film(), &render.header())?,
+        Some(atlas) => {
+            let mut image = render.film().image(&render.header());
+            atlas.add_to(&mut image);
+            write_image_exr(exr, &image)?;
+        }
+    }
     write_png(png, render.film(), exposure)?;
     Ok(())
 }
@@ -192,37 +162,6 @@ impl RenderArgs {
     }
 }
 
-fn settings(args: &RenderArgs) -> Settings {
-    Settings {
-        width: args.size.0,
-        height: args.size.1,
-        paths: args.photons,
-        seed: args.seed,
-        direct: match args.direct {
-            DirectArg::Connection => Direct::Connection,
-            DirectArg::Photons => Direct::Photons,
-        },
-        method: match args.method {
-            MethodArg::Photon => Method::Photon,
-            MethodArg::Path => Method::Path,
-            MethodArg::PathPlain => Method::PathPlain,
-        },
-        samples: args.samples,
-        max_reflections: args.max_reflections,
-        keep_everything: args.keep_everything,
-        ..Settings::default()
-    }
-}
-
-fn layers(names: &[String]) -> Result<Vec<Layer>> {
-    let mut layers = Vec::new();
-    for name in names {
-        let named = if name == "all" { Layer::ALL.to_vec() } else { vec![name.parse::<Layer>()?] };
-        layers.extend(named.into_iter().filter(|layer| !layers.contains(layer)).collect::<Vec<_>>());
-    }
-    Ok(layers)
-}
-
 /// Ctrl-C and SIGTERM end the render after the pass under way; a second one ends it at once.
 fn stop_on_interrupt() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -234,14 +173,6 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
         }
     });
     stop
-}
-
-pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
-    let wrong = || format!("`{text}` is no size; write WIDTHxHEIGHT in pixels, as in 512x512");
-    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
-    let side =
-        |text: &str| text.parse::<u32>().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(wrong);
-    Ok((side(width)?, side(height)?))
 }
 
 pub(super) fn duration(text: &str) -> std::result::Result<Duration, String> {

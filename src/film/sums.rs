@@ -65,6 +65,13 @@ impl Film {
         }
     }
 
+    /// What a film takes in memory: sums of each accumulated layer, the spread, two sums of the bias.
+    pub fn bytes(width: u32, height: u32, layers: &[Layer]) -> usize {
+        let summed = |layer: &&Layer| !matches!(layer, Layer::Visible | Layer::Error | Layer::Bias);
+        let planes = 1 + layers.iter().filter(summed).count() + 1 + 2;
+        planes * width as usize * height as usize * size_of::<DVec3>()
+    }
+
     /// Pixels per row.
     pub fn width(&self) -> u32 {
         self.width

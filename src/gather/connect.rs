@@ -1,9 +1,7 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 
-use crate::light::{Light, Matrix};
-use crate::plan::{Plan, Visibility};
+use crate::light::Light;
 use crate::rays::Ray;
-use crate::sampling::Rng;
 use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
 use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
@@ -62,40 +60,38 @@ impl Connections {
         Self { every, one_of, cumulative }
     }
 
-    /// Calls `visit` with each connection of one sample; their sum is unbiased.
-    pub fn sample(
-        &self,
-        scene: &Scene,
-        point: &SurfacePoint,
-        rng: &mut Rng,
-        mut visit: impl FnMut(Connection),
-    ) {
+    /// Of how many luminaires each sample chooses one; the others are all summed.
+    pub fn chosen_among(&self) -> usize {
+        self.one_of.len()
+    }
+
+    /// Calls `visit` with the connections to the luminaires that are all connected at every hit.
+    pub fn to_all(&self, scene: &Scene, point: &SurfacePoint, mut visit: impl FnMut(Connection)) {
         for &i in &self.every {
             if let Some(connection) = connect(scene, &scene.luminaires[i as usize], point, [0.5, 0.5]) {
                 visit(connection);
             }
         }
+    }
+
+    /// True when there are luminaires of which one is chosen.
+    pub fn are_sampled(&self) -> bool {
+        !self.one_of.is_empty()
+    }
+
+    /// One connection to one of the luminaires that are chosen from, by three numbers in [0, 1); it is unbiased for
+    /// all of them. None: the one chosen does not shine there.
+    pub fn to_one(&self, scene: &Scene, point: &SurfacePoint, u: [f32; 3]) -> Option<Connection> {
         if self.one_of.is_empty() {
-            return;
+            return None;
         }
-        let x = f64::from(rng.f32());
+        let x = f64::from(u[0]);
         let chosen = self.cumulative.partition_point(|c| *c <= x).min(self.one_of.len() - 1);
         let below = if chosen == 0 { 0.0 } else { self.cumulative[chosen - 1] };
         let probability = (self.cumulative[chosen] - below) as f32;
         let luminaire = &scene.luminaires[self.one_of[chosen] as usize];
-        if let Some(connection) = connect(scene, luminaire, point, rng.f32x2()) {
-            visit(Connection { light: (1.0 / probability) * connection.light, ..connection });
-        }
-    }
-}
-
-impl Plan {
-    /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
-    pub fn visibility_along(&self, segment: &Ray) -> Matrix {
-        match self.visibility {
-            Visibility::Everywhere => Matrix::IDENTITY,
-            Visibility::Transmittance => self.rays.transmittance(segment),
-        }
+        let connection = connect(scene, luminaire, point, [u[1], u[2]])?;
+        Some(Connection { light: (1.0 / probability) * connection.light, ..connection })
     }
 }
 

@@ -5,7 +5,7 @@ use crate::photon_map::PhotonMap;
 use crate::plan::Plan;
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
-use crate::shoot::{PathClass, Photons};
+use crate::shoot::{PathClass, Photon, Photons};
 use glam::Vec3;
 
 /// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
@@ -33,8 +33,10 @@ pub struct Irradiance<P> {
 pub struct Maps<'a, P> {
     rims: &'a Rims,
     by_class: [PhotonMap<P>; 3],
-    /// Gather radius of each class in pixel footprints.
-    radius: [f32; 3],
+    /// Gather radius of inter-reflection and direct light in pixel footprints.
+    wide: f32,
+    /// Gather radius of caustics in pixel footprints.
+    sharp: f32,
 }
 
 impl<'a, P: Power> Maps<'a, P> {
@@ -43,30 +45,85 @@ impl<'a, P: Power> Maps<'a, P> {
         let Plan { settings, rims, .. } = plan;
         let shrink = radius_factor(pass);
         let (wide, sharp) = (settings.indirect_radius * shrink, settings.caustic_radius * shrink);
-        Self { rims, by_class: photons.by_class.map(PhotonMap::build), radius: [wide, sharp, wide] }
+        Self { rims, by_class: photons.by_class.map(PhotonMap::build), wide, sharp }
     }
 
-    /// Irradiance (W m⁻²) by light of `class` that arrives on the side of `normal` after no more than
-    /// `most_reflections`; `footprint` is the side of what a pixel covers there (m).
+    /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
+    /// than `most_reflections`; `footprint` is the side of what a pixel covers there (m).
     pub fn irradiance(
+        &self,
+        point: &SurfacePoint,
+        normal: Vec3,
+        footprint: f32,
+        most_reflections: u16,
+    ) -> [Irradiance<P>; 3] {
+        if self.by_class.iter().all(PhotonMap::is_empty) {
+            return [Irradiance::default(); 3];
+        }
+        let [wide, sharp] = [self.wide, self.sharp].map(|radius| radius * footprint);
+        let [wide_area, sharp_area, wide_half, sharp_half] =
+            self.rims.areas(point.position, normal, [wide, sharp, 0.5 * wide, 0.5 * sharp]);
+        let disks =
+            [(wide, wide_area, wide_half), (sharp, sharp_area, sharp_half), (wide, wide_area, wide_half)];
+        std::array::from_fn(|class| {
+            let map = &self.by_class[class];
+            if map.is_empty() {
+                return Irradiance::default();
+            }
+            let (radius, area, half_area) = disks[class];
+            let flux = map.flux(point.position, normal, radius, most_reflections);
+            let (whole, half) = (flux.whole.scaled(1.0 / area), flux.inner.scaled(1.0 / half_area));
+            // E(r) − E(r/2) is half of a bias that is linear in r.
+            Irradiance { value: whole, bias: (whole + half.scaled(-1.0)).scaled(2.0) }
+        })
+    }
+
+    /// Where [`irradiance`](Self::irradiance) looks. None where there are no photons of `class`.
+    pub(super) fn disk(
         &self,
         class: PathClass,
         point: &SurfacePoint,
         normal: Vec3,
         footprint: f32,
-        most_reflections: u16,
-    ) -> Irradiance<P> {
-        let map = &self.by_class[class as usize];
-        if map.is_empty() {
-            return Irradiance::default();
+    ) -> Option<Disk> {
+        if self.by_class[class as usize].is_empty() {
+            return None;
         }
-        let radius = self.radius[class as usize] * footprint;
-        let flux = map.flux(point.position, normal, radius, most_reflections);
-        let over = |radius: f32| 1.0 / self.rims.area(point.position, normal, radius);
-        let (whole, half) = (flux.whole.scaled(over(radius)), flux.inner.scaled(over(0.5 * radius)));
-        // E(r) − E(r/2) is half of a bias that is linear in r.
-        Irradiance { value: whole, bias: (whole + half.scaled(-1.0)).scaled(2.0) }
+        let radius = footprint * if class == PathClass::Caustic { self.sharp } else { self.wide };
+        let [whole, half] = self.rims.areas(point.position, normal, [radius, 0.5 * radius]);
+        Some(Disk { radius, over_whole: 1.0 / whole, over_half: 1.0 / half })
     }
+
+    /// Calls `visit` with each photon of `class` on the disk, and what its power (W) is to be multiplied by for the
+    /// irradiance (W m⁻²) on the disk of half the radius.
+    pub(super) fn each(
+        &self,
+        class: PathClass,
+        point: &SurfacePoint,
+        normal: Vec3,
+        disk: &Disk,
+        mut visit: impl FnMut(&Photon<P>, f32),
+    ) {
+        let quarter = 0.25 * disk.radius * disk.radius;
+        self.by_class[class as usize].visit(
+            point.position,
+            normal,
+            disk.radius,
+            |photon, distance_squared| {
+                visit(photon, if distance_squared <= quarter { disk.over_half } else { 0.0 });
+            },
+        );
+    }
+}
+
+/// The part of a surface whose photons are summed.
+pub(super) struct Disk {
+    /// m.
+    radius: f32,
+    /// One over the area of surface within the radius, m⁻².
+    pub over_whole: f32,
+    /// The same for half the radius.
+    over_half: f32,
 }
 
 #[cfg(test)]

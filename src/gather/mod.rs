@@ -4,17 +4,23 @@
 //! and multiplies matrices onto them from the right. It goes straight on where the row does, is passed on by delta
 //! lobes, and ends at finite lobes: there direct light is connected and all other light is read from the maps.
 
+mod branches;
+mod by_order;
 mod connect;
+mod direct;
 mod estimate;
 
+use branches::branches;
+pub use by_order::{ByOrder, MostOrders, gather_by_order};
 pub use connect::Connections;
+use direct::Open;
 pub use estimate::{ALPHA, Irradiance, Maps, radius_factor};
 
-use crate::light::{Light, Power, Row};
-use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
+use crate::light::{Power, Row};
+use crate::optics::{Bsdf, Lobe, Normals};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Stream, choose};
+use crate::sampling::{Rng, Sobol, Stream};
 use crate::scene::SurfacePoint;
 use crate::shoot::PathClass;
 use glam::Vec3;
@@ -71,10 +77,15 @@ impl Parts {
     }
 }
 
+/// Rows of a tile, and of the band of tiles that one task gathers.
+const TILE: usize = 8;
+/// Its columns.
+const TILE_WIDTH: usize = 32;
+
 /// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by roulette.
 const CERTAIN_DELTA_CHAIN: u32 = 32;
 /// Survival probability of each further one.
-const DELTA_CHAIN_SURVIVAL: f32 = 0.9;
+const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 
 /// Gathers one pass: one camera path through a random point of each pixel.
 pub fn gather<P: Power, const R: usize>(
@@ -84,13 +95,32 @@ pub fn gather<P: Power, const R: usize>(
     pass: u32,
 ) -> Gathered<R> {
     let (width, height) = (plan.settings.width, plan.settings.height);
-    let mut pixels = vec![Pixel::<R>::EMPTY; width as usize * height as usize];
-    pixels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
-        let mut walk = Walk { plan, connections, maps, stack: Vec::new(), hits: Vec::new() };
-        for (x, pixel) in row.iter_mut().enumerate() {
-            let index = y as u64 * u64::from(width) + x as u64;
-            let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, index);
-            *pixel = walk.pixel(x as u32, y as u32, rng);
+    let (width, height) = (width as usize, height as usize);
+    let mut pixels = vec![Pixel::<R>::EMPTY; width * height];
+    pixels.par_chunks_mut(width * TILE).enumerate().for_each(|(band, rows)| {
+        let mut walk = Walk {
+            plan,
+            connections,
+            maps,
+            stack: Vec::new(),
+            hits: Vec::new(),
+            open: Vec::new(),
+            sampled: Vec::new(),
+        };
+        let mut tile = Vec::with_capacity(TILE * TILE_WIDTH);
+        for left in (0..width).step_by(TILE_WIDTH) {
+            let right = (left + TILE_WIDTH).min(width);
+            tile.clear();
+            for y in band * TILE..band * TILE + rows.len() / width {
+                for x in left..right {
+                    let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, (y * width + x) as u64);
+                    tile.push(walk.pixel([x, y], tile.len(), rng));
+                }
+            }
+            walk.connect_more(&mut tile, right - left);
+            for (row, done) in rows.chunks_mut(width).zip(tile.chunks(right - left)) {
+                row[left..right].copy_from_slice(done);
+            }
         }
     });
     Gathered { pixels }
@@ -115,14 +145,18 @@ struct Line<const R: usize> {
     /// Length of the camera path so far, m.
     travelled: f32,
     delta_chain: u32,
+    /// Of its pixel: the part that the branches it came through carry.
+    share: f32,
 }
 
 /// A point on a line of the camera path, and what is still read there.
 #[derive(Clone, Copy)]
-struct Here<'a, const R: usize> {
-    rows: &'a [Row; R],
+struct Here<'s, 'a, const R: usize> {
+    /// In its tile.
+    pixel: usize,
+    rows: &'s [Row; R],
     bsdf: &'a Bsdf,
-    point: &'a SurfacePoint,
+    point: &'s SurfacePoint,
     wo: Vec3,
     /// Length of the camera path, m.
     travelled: f32,
@@ -136,10 +170,14 @@ struct Walk<'a, P, const R: usize> {
     maps: &'a Maps<'a, P>,
     stack: Vec<Line<R>>,
     hits: Vec<Hit>,
+    /// Hits of the tile that may connect more.
+    open: Vec<Open<'a, R>>,
+    sampled: Vec<f32>,
 }
 
-impl<P: Power, const R: usize> Walk<'_, P, R> {
-    fn pixel(&mut self, x: u32, y: u32, mut rng: Rng) -> Pixel<R> {
+impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
+    /// The pixel at column and row; `index` is its place in the tile.
+    fn pixel(&mut self, [x, y]: [usize; 2], index: usize, mut rng: Rng) -> Pixel<R> {
         let settings = &self.plan.settings;
         let (width, height) = (settings.width as f32, settings.height as f32);
         let [jx, jy] = rng.f32x2();
@@ -148,25 +186,26 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
         let mut pixel = Pixel::EMPTY;
         // paper eq. 8: a pixel shows [0 1] L
         let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
-        self.stack.push(Line { origin, direction, rows, travelled: 0.0, delta_chain: 0 });
+        self.stack.push(Line { origin, direction, rows, travelled: 0.0, delta_chain: 0, share: 1.0 });
         while let Some(line) = self.stack.pop() {
-            self.look_along(&line, &mut pixel, &mut rng);
+            self.look_along(&line, index, &mut pixel, &mut rng);
         }
         pixel
     }
 
-    fn look_along(&mut self, line: &Line<R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
+    fn look_along(&mut self, line: &Line<R>, index: usize, pixel: &mut Pixel<R>, rng: &mut Rng) {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
-        self.plan.rays.crossings(&ray, &mut hits);
+        self.plan.look_along(&ray, &line.rows, &mut hits);
         let mut rows = line.rows;
+        let plan = self.plan;
         for hit in &hits {
-            let material = &self.plan.scene.materials[self.plan.material_index(hit.triangle)];
+            let material = &plan.scene.materials[self.plan.material_index(hit.triangle)];
             let point =
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let wo = -line.direction;
-            if pixel.depth == f32::INFINITY && line.delta_chain == 0 {
-                self.describe(pixel, hit, &point, wo, &material.bsdf);
+            if pixel.depth == f32::INFINITY && line.delta_chain == 0 && !material.is_nothing() {
+                describe(pixel, hit, &point, wo, &material.bsdf);
             }
             let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
             if let Some(emission) = material.emission
@@ -180,6 +219,7 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
             let travelled = line.travelled + hit.t;
             if line.delta_chain < most {
                 let here = Here {
+                    pixel: index,
                     rows: &rows,
                     bsdf: &material.bsdf,
                     point: &point,
@@ -188,7 +228,7 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
                     most_reflections: most - line.delta_chain - 1,
                 };
                 self.read_surface(&here, pixel, rng);
-                self.pass_on(&here, line.delta_chain, rng);
+                self.pass_on(&here, line, rng);
             }
             rows = rows.map(|row| row * material.bsdf.straight);
             if rows.iter().all(|row| row.is_zero()) {
@@ -198,19 +238,8 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
         self.hits = hits;
     }
 
-    fn describe(&self, pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoint, wo: Vec3, bsdf: &Bsdf) {
-        pixel.depth = hit.t;
-        let Normals { shading, .. } = point.normals;
-        pixel.normal = if point.normals.is_front(wo) { shading } else { -shading };
-        pixel.albedo = bsdf
-            .terms
-            .iter()
-            .map(|term| term.coefficient.vis_inv.max(term.coefficient.vis_vis) * term.lobe.albedo())
-            .sum();
-    }
-
     /// Light that finite lobes send towards the camera.
-    fn read_surface(&self, here: &Here<'_, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
+    fn read_surface(&mut self, here: &Here<'_, 'a, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
         let Here { point, wo, .. } = *here;
         for term in here.bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
             let rows = here.rows.map(|row| row * term.coefficient);
@@ -218,15 +247,20 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
                 continue;
             }
             if self.plan.settings.direct == Direct::Connection {
-                self.connect(&rows, term, point, wo, pixel, rng);
+                let sobol = Sobol::new(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+                let open =
+                    Open { pixel: here.pixel, rows, term, point: *point, wo, sobol, first: [Vec3::ZERO; R] };
+                self.connect(open, pixel);
             }
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
             let footprint = self.plan.scene.camera.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
-            for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
-                let irradiance = self.maps.irradiance(class, point, normal, footprint, most);
+            let irradiance = self.maps.irradiance(point, normal, footprint, most);
+            for (class, irradiance) in
+                [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
+            {
                 let value = irradiance.value.filtered(f);
                 for (parts, row) in pixel.parts.iter_mut().zip(rows) {
                     *parts.of(class) += value.read(row);
@@ -236,58 +270,37 @@ impl<P: Power, const R: usize> Walk<'_, P, R> {
         }
     }
 
-    fn connect(
-        &self,
-        rows: &[Row; R],
-        term: &Term,
-        point: &SurfacePoint,
-        wo: Vec3,
-        pixel: &mut Pixel<R>,
-        rng: &mut Rng,
-    ) {
-        self.connections.sample(&self.plan.scene, point, rng, |connection| {
-            let f = term.lobe.eval(&point.normals, wo, connection.wi)
-                * connection.wi.dot(point.normals.shading).abs();
-            if f == Vec3::ZERO || rows.iter().all(|row| *row * connection.light == Vec3::ZERO) {
-                return;
-            }
-            let light: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
-            for (parts, row) in pixel.parts.iter_mut().zip(rows) {
-                parts.direct += *row * light;
-            }
-        });
-    }
-
-    /// The row goes on through delta lobes: of several, one is chosen in proportion to what it passes on.
-    fn pass_on(&mut self, here: &Here<'_, R>, delta_chain: u32, rng: &mut Rng) {
-        let Here { rows, bsdf, point, wo, travelled, .. } = *here;
-        if !bsdf.has_delta_lobe() {
+    /// The row goes on through delta lobes.
+    fn pass_on(&mut self, here: &Here<'_, 'a, R>, line: &Line<R>, rng: &mut Rng) {
+        if !here.bsdf.has_delta_lobe() {
             return;
         }
-        let strength = |term: &Term| -> f32 {
-            if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
-                return 0.0;
-            }
-            rows.iter().map(|row| (*row * term.coefficient * term.lobe.albedo()).total()).sum()
-        };
-        let Some((k, probability)) = choose(bsdf.terms.len(), |k| strength(&bsdf.terms[k]), rng.f32()) else {
-            return;
-        };
-        let term = &bsdf.terms[k];
-        let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let survival = if line.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let Some(sample) = term.lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
-            return;
-        };
-        let weight = sample.weight / (probability * survival);
-        self.stack.push(Line {
-            origin: point.origin_towards(sample.to),
-            direction: sample.to,
-            rows: rows.map(|row| row * term.coefficient * weight),
-            travelled,
-            delta_chain: delta_chain + 1,
+        let Self { plan, stack, .. } = self;
+        branches(&plan.rays, here, line.share, rng, |branch| {
+            stack.push(Line {
+                origin: here.point.origin_towards(branch.sample.to),
+                direction: branch.sample.to,
+                rows: branch.rows.map(|row| row * (1.0 / survival)),
+                travelled: here.travelled,
+                delta_chain: line.delta_chain + 1,
+                share: branch.share,
+            });
         });
     }
+}
+
+/// What the first surface looks like.
+fn describe<const R: usize>(pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoint, wo: Vec3, bsdf: &Bsdf) {
+    pixel.depth = hit.t;
+    let Normals { shading, .. } = point.normals;
+    pixel.normal = if point.normals.is_front(wo) { shading } else { -shading };
+    pixel.albedo = bsdf
+        .terms
+        .iter()
+        .map(|term| term.coefficient.vis_inv.max(term.coefficient.vis_vis) * term.lobe.albedo())
+        .sum();
 }

@@ -64,12 +64,29 @@ impl Existence {
     }
 
     /// The factor by which the power of a generation changes, where that is known and near one or above; else one.
+    /// Where k cannot be told from one it is what k may be at the most, so that every path ends.
     pub fn growth(&self) -> f32 {
         let k = match self {
             Self::Certain { at_most, .. } => *at_most,
+            Self::Measured(m) if self.is_unsettled() => m.k + BEYOND_ERROR * m.error,
             Self::Measured(m) => m.k,
         };
         if k > STIFF { k as f32 } else { 1.0 }
+    }
+
+    /// About how many reflections the paths of a series have that fades as slowly as this one. One where it need not fade.
+    pub fn length(&self) -> f64 {
+        let fading = match self {
+            Self::Certain { at_most, .. } => 1.0 - at_most,
+            Self::Measured(m) if self.is_unsettled() => BEYOND_ERROR * m.error,
+            Self::Measured(m) => 1.0 - m.k,
+        };
+        if fading > 0.0 { 1.0 / fading } else { 1.0 }
+    }
+
+    /// True where k may be on either side of one.
+    fn is_unsettled(&self) -> bool {
+        matches!(self, Self::Measured(m) if !self.is_refuted() && m.k + BEYOND_ERROR * m.error >= 1.0)
     }
 
     /// True when there is no image: k is one or more, beyond its error.
@@ -139,7 +156,7 @@ impl Existence {
             return None;
         }
         let k = with_error(m.k, m.error);
-        if m.k + BEYOND_ERROR * m.error >= 1.0 {
+        if self.is_unsettled() {
             return Some(format!(
                 "multiplication factor {k} cannot be told from 1: there may be no image, and if there is one it takes \
                  more than {:.0} reflections to come within 1 % of it; --max-reflections N truncates the series",

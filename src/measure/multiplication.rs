@@ -38,7 +38,7 @@ pub struct Multiplication {
     pub lines: u64,
 }
 
-/// Generations that are discarded, and as many that count.
+/// Generations that are discarded, and as many that count at first.
 const GENERATIONS: u32 = 32;
 /// Independent batches: enough for an error bar of their mean that is itself known to a fifth.
 const BATCHES: u32 = 16;
@@ -46,7 +46,8 @@ const BATCHES: u32 = 16;
 const FIRST_LOOK: f64 = 1.5e6;
 /// Photons of a batch: from where the bias O(1/N) is below the error to where more would only cost.
 const POPULATION: [f64; 2] = [256.0, 2048.0];
-/// Near one, photons are doubled up to so many times, to tell k from one.
+/// Near one, generations that count and photons are doubled in turn, up to so many times in all, to tell k from one.
+/// Generations first: those that are discarded are not paid for again.
 const MOST_DOUBLINGS: u32 = 4;
 /// By so many standard errors.
 const TOLD_APART: f64 = 6.0;
@@ -59,15 +60,16 @@ pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> M
     let per_photon = f64::from(BATCHES * 2 * GENERATIONS) * cost;
     let photons = (FIRST_LOOK / per_photon).clamp(POPULATION[0], POPULATION[1]) as u32;
     let look = |channel: usize, doublings: u32| {
-        Population { channel, photons: photons << doublings, doublings, ..first }.run()
+        Population { channel, photons: photons << (doublings / 2), doublings, ..first }.run()
     };
     let channels = channels_that_matter(scene);
     let looks = channels.into_iter().map(|channel| look(channel, 0));
     let mut best = looks.reduce(|a, b| if b.k > a.k { b } else { a }).expect("some channel matters");
-    // The error falls as the square root of the photons.
+    // The error falls as the square root of the photons and of the generations.
     let needed = (TOLD_APART * best.error / (best.k - 1.0).abs()).powi(2);
     if needed > 1.0 {
-        let doublings = (needed.log2().ceil() as u32).clamp(1, MOST_DOUBLINGS);
+        // One more, since how far k is from one is not well known either.
+        let doublings = (needed.log2().ceil() as u32 + 1).min(MOST_DOUBLINGS);
         let lines = best.lines;
         best = look(best.channel, doublings);
         best.lines += lines;
@@ -156,13 +158,14 @@ impl Population<'_> {
     }
 
     fn batch(&self, batch: u32) -> Batch {
-        // Measurements with doubled populations share no numbers with those before.
+        // Measurements that were doubled share no numbers with those before.
         let stream = (self.doublings * 3 + self.channel as u32) * BATCHES + batch;
         let mut photons = self.start(stream);
         let mut found =
             Batch { k: 0.0, shares: vec![0.0; self.scene.materials.len()], finite: 0.0, lines: 0 };
         let mut growth = 0.0;
-        for generation in 0..2 * GENERATIONS {
+        let active = GENERATIONS << self.doublings.div_ceil(2);
+        for generation in 0..GENERATIONS + active {
             found.lines += photons.len() as u64;
             let now = total(&photons);
             let reflected = self.next(&photons, stream << 8 | generation, &mut |_| ());
@@ -172,7 +175,7 @@ impl Population<'_> {
             }
             if generation >= GENERATIONS {
                 growth += (next / now).ln();
-                let share = 1.0 / (next * f64::from(GENERATIONS));
+                let share = 1.0 / (next * f64::from(active));
                 for photon in &reflected {
                     let power = f64::from(photon.total()) * share;
                     found.shares[photon.material as usize] += power;
@@ -182,7 +185,7 @@ impl Population<'_> {
             let offset = Rng::new(self.seed, Stream::Measure, stream << 8 | generation, u64::MAX).f32();
             photons = resample(&reflected, next, self.photons, f64::from(offset));
         }
-        found.k = (growth / f64::from(GENERATIONS)).exp();
+        found.k = (growth / f64::from(active)).exp();
         found
     }
 
@@ -255,7 +258,8 @@ impl Population<'_> {
         };
         let (index, probability) = choose(terms.len(), strength, rng.f32())?;
         let term = &terms[index];
-        let sample = term.lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
+        let lobe = self.rays.lobe_at(term.lobe, point);
+        let sample = lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
         let factor = sample.weight[self.channel] / probability;
         let power = self.chain.crossed(term.coefficient, power).map(|half| half * factor);
         let photon = Photon {

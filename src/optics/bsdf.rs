@@ -47,6 +47,20 @@ impl Lobe {
         }
     }
 
+    /// All branches of a delta lobe, each as [`sample`](Self::sample) gives it when chance falls on it; the sum of
+    /// `weight * pdf_solid_angle` is what the lobe passes on. None for finite lobes.
+    pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 2] {
+        let [low, high] = match self {
+            Self::Diffuse(_) => return [None, None],
+            Self::Mirror(lobe) => return [lobe.sample(normals, from, transport), None],
+            Self::Dielectric(lobe) => [0.0, 1.0].map(|u| lobe.sample(normals, from, transport, u)),
+            Self::ThinDielectric(lobe) => [0.0, 1.0].map(|u| lobe.sample(normals, from, transport, u)),
+        };
+        // Where nothing is reflected both ends of the unit interval refract.
+        let only = low.is_some_and(|sample| sample.pdf_solid_angle >= 1.0);
+        [low, if only { None } else { high }]
+    }
+
     /// An upper bound of the reflectance for light of any direction, shading normals aside; linear RGB.
     pub fn albedo(&self) -> Vec3 {
         match self {
@@ -100,5 +114,44 @@ impl Bsdf {
     /// True when some term is a delta lobe: camera rays go on through it.
     pub fn has_delta_lobe(&self) -> bool {
         self.terms.iter().any(|term| term.lobe.is_delta())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What chance does with a lobe is, on the average, what its branches do for certain.
+    #[test]
+    fn branches_are_all_that_chance_can_find() {
+        let tint = Vec3::new(0.9, 0.5, 0.2);
+        let glass = |ior| Lobe::Dielectric(Dielectric { ior, tint });
+        let pane = |ior| Lobe::ThinDielectric(ThinDielectric { ior, tint });
+        let mirror = Lobe::Mirror(Mirror { tint, two_sided: true });
+        let normals = Normals::flat(Vec3::Y);
+        for lobe in [glass(1.5), glass(1.0), glass(0.7), pane(1.5), pane(1.0), mirror] {
+            for (x, y) in [(0.0, 1.0), (0.5, 0.8), (0.99, 0.1), (0.3, -0.9), (0.9, -0.3)] {
+                let from = Vec3::new(x, y, 0.0).normalize();
+                for transport in [Transport::Shooting, Transport::Gathering] {
+                    let branches = lobe.branches(&normals, from, transport);
+                    let certain = branches.iter().flatten();
+                    let (probability, weight) = certain.fold((0.0, Vec3::ZERO), |(p, w), sample| {
+                        (p + sample.pdf_solid_angle, w + sample.pdf_solid_angle * sample.weight)
+                    });
+                    assert!((probability - 1.0).abs() < 1e-6, "{lobe:?} from {from}: {probability}");
+                    let n = 20_000;
+                    let by_chance: Vec3 = (0..n)
+                        .filter_map(|i| {
+                            lobe.sample(&normals, from, transport, [0.5, 0.5, (i as f32 + 0.5) / n as f32])
+                        })
+                        .map(|sample| sample.weight / n as f32)
+                        .sum();
+                    assert!(
+                        (weight - by_chance).abs().max_element() < 1e-3,
+                        "{lobe:?} from {from}: {weight}, {by_chance}"
+                    );
+                }
+            }
+        }
     }
 }

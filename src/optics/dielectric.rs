@@ -2,11 +2,11 @@ use super::mirror::reflect;
 use super::{Normals, Sample, Transport, fresnel_dielectric, refract};
 use glam::Vec3;
 
-/// A smooth interface between the outside (front) and a solid of refractive index `ior` (back): a delta lobe
+/// A smooth interface between the outside (front) and a medium of refractive index `ior` (back): a delta lobe
 /// with two branches, reflection and refraction, chosen in proportion to Fresnel's reflectance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
-    /// Index of the solid over that of what surrounds it, > 0.
+    /// Index behind over that in front, > 0: as a material has it, that of its solid against air.
     pub ior: f32,
     /// Filter of refracted light at each crossing, linear RGB in [0, 1].
     pub tint: Vec3,
@@ -15,6 +15,10 @@ pub struct Dielectric {
 impl Dielectric {
     /// One branch, chosen by `u` in [0, 1). None: the normals disagree about the side that is left to.
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: f32) -> Option<Sample> {
+        if self.ior == 1.0 {
+            // Nothing is there that could bend light or reflect it, whatever the normals are.
+            return Some(Sample { to: -from, weight: self.tint, pdf_solid_angle: 1.0 });
+        }
         let front = normals.is_front(from);
         let (normal, eta) =
             if front { (normals.shading, self.ior) } else { (-normals.shading, 1.0 / self.ior) };

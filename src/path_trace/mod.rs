@@ -6,6 +6,7 @@
 //! [`Strength::Plain`] is the paper's Monte Carlo path tracer with Russian roulette (§3); [`Strength::NextEvent`] adds
 //! a connection to a luminaire at every scattering, weighed against the chance of finding it (Veach 1997, §9.2).
 
+mod arrival;
 mod luminaires;
 mod numbers;
 mod population;
@@ -13,6 +14,8 @@ mod reads;
 #[cfg(test)]
 mod tests;
 mod walk;
+
+pub use arrival::{Arrival, arriving_power};
 
 use crate::rays::Rays;
 use crate::scene::Scene;

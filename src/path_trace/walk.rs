@@ -185,7 +185,8 @@ impl<'a> Walk<'a> {
             return None;
         }
         let (term, probability) = encounter.choose(shares, numbers)?;
-        let child = encounter.branch(term, reads, probability, endurance, numbers)?;
+        let term = Term { lobe: self.rays.lobe_at(term.lobe, &encounter.at), ..*term };
+        let child = encounter.branch(&term, reads, probability, endurance, numbers)?;
         population.grow();
         Some(child)
     }

@@ -9,19 +9,23 @@ mod build;
 mod exact;
 mod leaf;
 mod line;
+mod media;
 mod node;
 #[cfg(test)]
 mod tests;
+mod touching;
 mod visit;
 mod walk;
 mod widen;
 
 use crate::light::Matrix;
-use crate::scene::Scene;
+use crate::optics::Lobe;
+use crate::scene::{Scene, SurfacePoint};
 use build::Tree;
 use fearless_simd::{Level, dispatch};
 use glam::Vec3;
 use line::Line;
+use media::Media;
 use std::cell::RefCell;
 use visit::{Any, Closest, Passed, Product, UpToBlocker};
 use walk::{Visit, walk};
@@ -74,6 +78,8 @@ pub struct Rays {
     straight: Vec<Matrix>,
     through: Through,
     level: Level,
+    /// None: air surrounds every solid of glass.
+    media: Option<Box<Media>>,
 }
 
 thread_local! {
@@ -121,7 +127,37 @@ impl Rays {
         } else {
             Through::Ordered
         };
-        Self { tree: Tree::build(&scene.mesh, class), straight, through, level }
+        let media = Media::of(scene, level).map(Box::new);
+        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media }
+    }
+
+    /// The same index that also asks about the surroundings of solids that nothing but air surrounds.
+    pub fn keeping_media(self, scene: &Scene) -> Self {
+        Self { media: Some(Box::new(Media::of_all(scene, self.level))), ..self }
+    }
+
+    /// True where solids of glass lie in, on or across one another.
+    pub fn has_media(&self) -> bool {
+        self.media.is_some()
+    }
+
+    /// A lobe of the face at `point` as it is there: glass refracts between the media on its two sides.
+    pub fn lobe_at(&self, lobe: Lobe, point: &SurfacePoint) -> Lobe {
+        match (&self.media, lobe) {
+            (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point)),
+            _ => lobe,
+        }
+    }
+
+    /// The same index, whose answers are found as if anything might go through any surface.
+    #[must_use]
+    pub fn without_shortcuts(self) -> Self {
+        Self { through: Through::Ordered, ..self }
+    }
+
+    /// What the index takes in memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.tree.nodes[..]) + size_of_val(&self.tree.blocks[..])
     }
 
     /// The first triangle that the ray meets.

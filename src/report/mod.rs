@@ -5,12 +5,14 @@ pub mod data;
 pub mod evaluate;
 mod page;
 mod pictures;
+mod square;
 pub mod stats;
 mod svg;
 
 pub use csv::csv;
 pub use data::{Comparison, SceneReport};
 pub use page::page;
+pub use square::{SquarePage, square_page};
 pub use svg::svg;
 
 /// The whole comparison as JSON: every run, and every number that the page shows.

@@ -56,11 +56,45 @@ impl Camera {
         }
     }
 
+    /// Film point in [0, 1]² at which `point` is seen, (0, 0) top left, for a film of the given width / height: the inverse of
+    /// [`ray`](Self::ray). Outside [0, 1]² it lies beside the film; None where it lies behind a pinhole.
+    pub fn film(&self, point: Vec3, aspect: f32) -> Option<[f32; 2]> {
+        let offset = point - self.position;
+        let h = match self.projection {
+            Projection::Perspective { yfov } => (0.5 * yfov).tan() * offset.dot(self.forward),
+            Projection::Orthographic { half_height } => half_height,
+        };
+        let (sx, sy) = (offset.dot(self.right) / h, offset.dot(self.up) / h);
+        (h > 0.0).then_some([0.5 * (sx / aspect + 1.0), 0.5 * (1.0 - sy)])
+    }
+
     /// Side length (m) of what one pixel of a film `height` pixels high covers at `distance` along a ray, facing it.
     pub fn footprint(&self, distance: f32, height: u32) -> f32 {
         match self.projection {
             Projection::Perspective { yfov } => 2.0 * (0.5 * yfov).tan() * distance / height as f32,
             Projection::Orthographic { half_height } => 2.0 * half_height / height as f32,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_seen_where_its_ray_starts() {
+        for projection in
+            [Projection::Perspective { yfov: 0.7 }, Projection::Orthographic { half_height: 2.0 }]
+        {
+            let camera =
+                Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.4, 0.0), Vec3::Y, projection);
+            for [x, y] in [[0.0, 0.0], [0.3, 0.8], [1.2, 0.5]] {
+                let (origin, direction) = camera.ray(x, y, 1.5);
+                let [u, v] = camera.film(origin + 3.0 * direction, 1.5).expect("in front");
+                assert!((u - x).abs() < 1e-5 && (v - y).abs() < 1e-5, "{u} {v} for {x} {y}");
+            }
+        }
+        let camera = Camera::look_at(Vec3::ZERO, Vec3::X, Vec3::Y, Projection::Perspective { yfov: 0.7 });
+        assert_eq!(camera.film(-Vec3::X, 1.0), None);
     }
 }

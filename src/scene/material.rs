@@ -21,6 +21,17 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// The illumination that `bsdf` was resolved from, in words.
     pub resolved: String,
+    /// Which of its matrices are those of the scene's point of the square.
+    pub follows: Follows,
+}
+
+/// The part of a material that follows the scene's point (s, t) of the square; the rest has matrices of its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Follows {
+    /// The s of its opaque matrix, where that is the scene's.
+    pub s: Option<f32>,
+    /// The t of its straight matrix, where that is the scene's.
+    pub t: Option<f32>,
 }
 
 impl Material {
@@ -35,7 +46,13 @@ impl Material {
             emission: None,
             bsdf: Bsdf::default(),
             resolved: String::new(),
+            follows: Follows::default(),
         }
+    }
+
+    /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
+    pub fn is_nothing(&self) -> bool {
+        self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
     }
 
     /// Sets [`bsdf`](Self::bsdf): `chosen` (command line) over the own extras over `around` (the scene's).
@@ -49,16 +66,39 @@ impl Material {
         }
         let own = chosen.is_none() && (self.opaque.is_some() || self.straight.is_some());
         self.resolved = if own { Illumination::Own(matter).describe() } else { illumination.describe() };
+        self.follows = Follows::default();
+        if let Illumination::Square { s, t } = around {
+            let theirs = chosen.or(self.illumination);
+            let own = |matrix: Option<Matrix>| chosen.is_none() && matrix.is_some();
+            let whitted = theirs == Some(Illumination::Whitted);
+            self.follows.s = (theirs.is_none() && !own(self.opaque)).then_some(s);
+            self.follows.t = ((theirs.is_none() || whitted) && !own(self.straight)).then_some(t);
+        }
         self.bsdf = self.assemble(matter);
     }
 
+    /// Moves what follows the scene's point of the square to another point.
+    pub(super) fn move_to(&mut self, s: f32, t: f32) {
+        let there = Illumination::Square { s, t }.own_matter();
+        if let Some(own) = &mut self.follows.s {
+            *own = s;
+            self.bsdf.terms = self.terms(there.opaque);
+        }
+        if let Some(own) = &mut self.follows.t {
+            *own = t;
+            self.bsdf.straight = there.straight;
+        }
+    }
+
     fn assemble(&self, matter: Matter) -> Bsdf {
-        let terms = self
-            .lobes
+        Bsdf { straight: matter.straight, terms: self.terms(matter.opaque) }
+    }
+
+    fn terms(&self, opaque: Matrix) -> Vec<Term> {
+        self.lobes
             .iter()
-            .map(|&(share, lobe)| Term { coefficient: share * matter.opaque, lobe })
+            .map(|&(share, lobe)| Term { coefficient: share * opaque, lobe })
             .filter(|term| !term.coefficient.is_zero())
-            .collect();
-        Bsdf { straight: matter.straight, terms }
+            .collect()
     }
 }

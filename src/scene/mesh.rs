@@ -41,6 +41,15 @@ pub struct SurfacePoint {
 }
 
 impl Mesh {
+    /// What it takes in memory.
+    pub fn bytes(&self) -> usize {
+        let Self { positions, normals, triangles, surface } = self;
+        size_of_val(&positions[..])
+            + size_of_val(&normals[..])
+            + size_of_val(&triangles[..])
+            + size_of_val(&surface[..])
+    }
+
     /// Corners of a triangle.
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])

@@ -15,7 +15,8 @@ mod mesh;
 pub use camera::{Camera, Projection};
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, warn_falloff};
-pub use material::Material;
+pub use material::{Follows, Material};
+pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 
 use crate::error::{Error, Result};
@@ -89,6 +90,23 @@ impl Scene {
             material.resolve(around, chosen.map(|(_, illumination)| *illumination));
         }
         Ok(())
+    }
+
+    /// The scene's point (s, t) of the illumination square. None where no material's matrices follow it; a number that
+    /// no matrix follows reads 1.
+    pub fn point(&self) -> Option<(f32, f32)> {
+        let s = self.materials.iter().find_map(|material| material.follows.s);
+        let t = self.materials.iter().find_map(|material| material.follows.t);
+        (s.is_some() || t.is_some()).then(|| (s.unwrap_or(1.0), t.unwrap_or(1.0)))
+    }
+
+    /// The same scene at another point of the square. Matrices of a material's own, and what `illuminate` set for
+    /// single materials, stay.
+    #[must_use]
+    pub fn at(&self, s: f32, t: f32) -> Self {
+        let mut scene = self.clone();
+        scene.materials.iter_mut().for_each(|material| material.move_to(s, t));
+        scene
     }
 
     /// The illumination of the scene in words: of all materials, or of each where they differ.

@@ -79,8 +79,7 @@ impl<'a, P: Power> Emitters<'a, P> {
     /// The start of one of `paths` paths, from numbers in [0, 1).
     pub fn emit(&self, paths: u32, u: [f32; EMISSION_DIMENSIONS]) -> Emitted<P> {
         let x = f64::from(u[0]);
-        let last = self.cumulative.len() - 1;
-        let index = self.cumulative.partition_point(|c| *c <= x).min(last);
+        let index = self.index(x);
         let below = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
         let probability = self.cumulative[index] - below;
         let luminaire = &self.scene.luminaires[index];
@@ -95,6 +94,15 @@ impl<'a, P: Power> Emitters<'a, P> {
             Falloff::Warn(attenuation) => power.scaled(1.0 / warn_falloff(attenuation, self.radius)),
         };
         Emitted { origin, direction, power, falloff }
+    }
+
+    /// The luminaire that `u0` in [0, 1) chooses.
+    pub(super) fn luminaire(&self, u0: f32) -> &Luminaire {
+        &self.scene.luminaires[self.index(f64::from(u0))]
+    }
+
+    fn index(&self, x: f64) -> usize {
+        self.cumulative.partition_point(|c| *c <= x).min(self.cumulative.len() - 1)
     }
 
     fn start(

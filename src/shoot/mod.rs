@@ -1,16 +1,18 @@
 //! Luminaires → photons: the light-shooting half of the method, DESIGN "Shoot".
 
 mod emission;
+mod guide;
 
 pub(crate) use emission::ALIKE;
 pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
+pub use guide::Guide;
 
 use crate::light::Power;
 use crate::optics::{Bsdf, Sample, Transport};
 use crate::plan::{PhotonClasses, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, hash};
-use crate::scene::SurfacePoint;
+use crate::scene::{Material, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,13 +38,38 @@ pub struct Photon<P> {
     pub normal: [i8; 3],
     /// Reflections since the luminaire; the last number stands for all above it.
     pub reflections: u16,
+    /// Powers of the scene's s and t in `power`; the last number stands for all above it.
+    pub orders: Orders,
+}
+
+/// How often light was reflected (n) and went straight on (m) by matrices that follow the scene's point (s, t) of the
+/// square: its power is proportional to sⁿ tᵐ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Orders {
+    /// Reflections.
+    pub n: u8,
+    /// Straight crossings.
+    pub m: u8,
+}
+
+impl Orders {
+    /// After a reflection by `material`.
+    pub fn reflected(self, material: &Material) -> Self {
+        Self { n: self.n.saturating_add(u8::from(material.follows.s.is_some())), ..self }
+    }
+
+    /// After going straight through `material`.
+    pub fn crossed(self, material: &Material) -> Self {
+        Self { m: self.m.saturating_add(u8::from(material.follows.t.is_some())), ..self }
+    }
 }
 
 impl<P> Photon<P> {
     /// A photon on the side of the unit vector `normal`.
     pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
         let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
-        Self { position, power, normal, reflections: u16::try_from(reflections).unwrap_or(u16::MAX) }
+        let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
+        Self { position, power, normal, reflections, orders: Orders::default() }
     }
 
     /// The cosine between its normal and another, within about a hundredth.
@@ -98,7 +125,7 @@ const PATHS_PER_TASK: u32 = 2048;
 /// Delta reflections in a row that are followed for certain; beyond, a lossless hall of mirrors is left by roulette.
 const CERTAIN_DELTA_CHAIN: u32 = 64;
 /// Survival probability of each further one.
-const DELTA_CHAIN_SURVIVAL: f32 = 0.9;
+const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 
 /// Photons of stiff series fade to this part of their power before roulette sets in. A path is then ln(256) ≈ 6 times
 /// as long on average and its sum varies by 1/256 instead of by itself: ten thousand times the efficiency.
@@ -119,7 +146,14 @@ pub fn shoot<P: Power>(plan: &Plan, photon_plan: &PhotonPlan, pass: u32) -> Phot
             let mut walk = Walk::new(plan, photon_plan);
             for path in first..(first + PATHS_PER_TASK).min(paths) {
                 let rng = Rng::new(plan.settings.seed, Stream::Shoot, pass, u64::from(path));
-                walk.follow(emitters.emit(paths, sobol.point(path, 0)), rng);
+                let u = sobol.point(path, 0);
+                walk.follow(
+                    match &photon_plan.guide {
+                        Some(guide) => emitters.emit_guided(paths, u, guide),
+                        None => emitters.emit(paths, u),
+                    },
+                    rng,
+                );
             }
             walk.photons
         })
@@ -149,6 +183,7 @@ struct Line<P> {
     reflections: u32,
     delta_chain: u32,
     class: PathClass,
+    orders: Orders,
 }
 
 /// Follows paths one after another and keeps what they deposit.
@@ -178,6 +213,7 @@ impl<'a, P: Power> Walk<'a, P> {
             reflections: 0,
             delta_chain: 0,
             class: PathClass::Direct,
+            orders: Orders::default(),
         });
         while let Some(line) = self.stack.pop() {
             self.follow_line(line, unit, &mut rng);
@@ -185,25 +221,26 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 
     /// One ordered all-hits query; at each surface: deposit, spawn, go straight on.
-    fn follow_line(&mut self, line: Line<P>, unit: f32, rng: &mut Rng) {
+    fn follow_line(&mut self, mut line: Line<P>, unit: f32, rng: &mut Rng) {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
         self.plan.rays.crossings(&ray, &mut hits);
         self.photons.ledger.lines += 1;
         let mut power = line.power;
         for hit in &hits {
-            let material = self.plan.material_index(hit.triangle);
-            let bsdf = &self.plan.scene.materials[material].bsdf;
+            let index = self.plan.material_index(hit.triangle);
+            let material = &self.plan.scene.materials[index];
             let point =
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let arriving = power.scaled(line.falloff.at(hit.t));
-            if self.photon_plan.deposits[material] && self.photon_plan.classes.contains(line.class) {
+            if self.photon_plan.deposits[index] && self.photon_plan.classes.contains(line.class) {
                 self.deposit(&line, &point, arriving, rng);
             }
-            let sent_on = self.spawn(&line, bsdf, &point, arriving, unit, rng);
-            let straight = power.through(bsdf.straight);
+            let sent_on = self.spawn(&line, material, &point, arriving, unit, rng);
+            let straight = power.through(material.bsdf.straight);
             self.account(power, sent_on, straight);
             power = straight;
+            line.orders = line.orders.crossed(material);
             if power.total() == 0.0 {
                 break;
             }
@@ -226,32 +263,30 @@ impl<'a, P: Power> Walk<'a, P> {
         let normal = if normals.is_front(from) { normals.geometric } else { -normals.geometric };
         let power = power.scaled(normals.arrival(from) / keep);
         assert!(power.light().is_finite(), "a photon's power is not finite: {:?}", power.light());
-        self.photons.by_class[line.class as usize].push(Photon::new(
-            point.position,
-            normal,
-            power,
-            line.reflections,
-        ));
+        let photon = Photon::new(point.position, normal, power, line.reflections);
+        self.photons.by_class[line.class as usize].push(Photon { orders: line.orders, ..photon });
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
     fn spawn(
         &mut self,
         line: &Line<P>,
-        bsdf: &Bsdf,
+        material: &Material,
         point: &SurfacePoint,
         power: P,
         unit: f32,
         rng: &mut Rng,
     ) -> f64 {
-        if line.reflections >= self.photon_plan.max_reflections {
+        let orders = line.orders.reflected(material);
+        if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
         }
-        let from = -line.direction;
+        let (from, bsdf) = (-line.direction, &material.bsdf);
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
         let term = &bsdf.terms[term];
+        let lobe = self.plan.rays.lobe_at(term.lobe, point);
         let Some(Sample { to, weight, .. }) =
-            term.lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
+            lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
         else {
             return 0.0;
         };
@@ -283,6 +318,7 @@ impl<'a, P: Power> Walk<'a, P> {
             reflections: line.reflections + 1,
             delta_chain,
             class,
+            orders,
         });
         expected
     }

@@ -16,17 +16,17 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "glass-in-glass",
-        promise: "an index is relative to what surrounds it; nested slabs transmit what Fresnel says",
+        promise: "glass within glass refracts between the two; equal glass is not seen; the smaller displaces the larger",
         run: nested,
     },
     Case {
         name: "water-in-a-glass",
-        promise: "water a hair's breadth from its glass transmits what Fresnel says",
+        promise: "water that touches its glass, reaches into it, or leaves a gap transmits what Fresnel says",
         run: water,
     },
     Case {
         name: "coincident-glass",
-        promise: "faces that coincide: no power is made, no pixel is lost",
+        promise: "faces that coincide are one interface between the two solids",
         run: coincident,
     },
     Case { name: "total-reflection", promise: "nothing passes beyond the critical angle", run: total },
@@ -34,6 +34,11 @@ pub(super) const CASES: &[Case] = &[
         name: "camera-inside",
         promise: "an eye in glass sees η² (1 − R) L, an eye in a wall sees its back",
         run: inside,
+    },
+    Case {
+        name: "light-inside",
+        promise: "a lamp in glass is seen as (1 − R) / η² of itself, and is lit with 1 − R",
+        run: lamp_inside,
     },
 ];
 
@@ -106,44 +111,73 @@ fn slabs(_: Effort) -> Vec<Check> {
     [1.0, 1.0001, 1.5, 4.0].into_iter().flat_map(one).collect()
 }
 
+/// R between two indices.
+fn between(a: f32, b: f32) -> f64 {
+    r(f64::from(b) / f64::from(a))
+}
+
+const WATER: f32 = 1.33;
+const GLASS: f32 = 1.5;
+const DENSE: f32 = 2.0;
+
 fn nested(_: Effort) -> Vec<Check> {
-    let (outer, inner) = (1.5_f32, 4.0 / 3.0_f32);
-    let (a, b) = (r(f64::from(outer)), r(f64::from(inner)));
-    let add = |build: &mut Build| {
-        slab(build, 0.1, 0.9, outer);
-        slab(build, 0.4, 0.6, inner);
+    let (outer, inner) = (between(1.0, GLASS), between(GLASS, DENSE));
+    let within = |ior: f32| {
+        move |build: &mut Build| {
+            slab(build, 0.1, 0.9, GLASS);
+            slab(build, 0.4, 0.6, ior);
+        }
     };
-    both("a slab of 2 in one of 1.5", add, through(&[a, b, b, a])).into()
+    // Air in glass: its faces look out as those of other slabs do.
+    let hollow = [outer, outer, outer, outer];
+    // The lower slab is thinner: it is whole, and the upper ends where it begins.
+    let across = |build: &mut Build| {
+        slab(build, 0.4, 0.9, GLASS);
+        slab(build, 0.1, 0.5, DENSE);
+    };
+    [
+        both("index 2 in 1.5", within(DENSE), through(&[outer, inner, inner, outer])),
+        both("index 1.5 in 1.5", within(GLASS), through(&[outer, outer])),
+        both("index 1 in 1.5", within(1.0), through(&hollow)),
+        both("2 across 1.5", across, through(&[outer, inner, between(1.0, DENSE)])),
+    ]
+    .concat()
 }
 
 fn water(_: Effort) -> Vec<Check> {
-    let (glass, water) = (1.5_f32, 1.33_f32);
-    let (a, b) = (r(f64::from(glass)), r(f64::from(water)));
-    // Glass, a gap of a micrometre, water, a gap, glass.
-    let add = |build: &mut Build| {
-        slab(build, 0.1, 0.2, glass);
-        slab(build, 0.200_001, 0.699_999, water);
-        slab(build, 0.7, 0.8, glass);
+    let (wall, wet, free) = (between(1.0, GLASS), between(GLASS, WATER), between(1.0, WATER));
+    // Glass, water, glass; by how much the water reaches into the glass.
+    let tumbler = |into: f32| {
+        move |build: &mut Build| {
+            slab(build, 0.1, 0.4, GLASS);
+            slab(build, 0.4 - into, 0.6 + into, WATER);
+            slab(build, 0.6, 0.9, GLASS);
+        }
     };
-    both("glass, water, glass", add, through(&[a, a, b, b, a, a])).into()
+    [
+        both("touching", tumbler(0.0), through(&[wall, wet, wet, wall])),
+        both("reaching in", tumbler(0.01), through(&[wall, wet, wet, wall])),
+        both("a gap of a micrometre", tumbler(-1e-6), through(&[wall, wall, free, free, wall, wall])),
+    ]
+    .concat()
 }
 
 fn coincident(_: Effort) -> Vec<Check> {
-    let add = |build: &mut Build| {
-        slab(build, 0.1, 0.5, 1.5);
-        slab(build, 0.5, 0.9, 1.5);
+    let stacked = |upper: f32, lower: f32| {
+        move |build: &mut Build| {
+            slab(build, 0.1, 0.5, lower);
+            slab(build, 0.5, 0.9, upper);
+        }
     };
-    let (what, (mean, error)) = shot("two slabs", add);
-    let got =
-        if mean > 0.0 && mean - 3.5 * error <= 1.0 { "between 0 and 1".to_owned() } else { mean.to_string() };
-    let mut build = Build::new(Illumination::GLOBAL, look(2.0 * Vec3::Y, Vec3::ZERO, 0.1));
-    let floor = build.glowing(0.0, 1.0);
-    build.level(0.0, 50.0, true, floor);
-    add(&mut build);
-    vec![
-        Check::fact(format!("{what}: power"), "between 0 and 1", got),
-        finite("two slabs: picture", true, build.finish(), film(16, 16, 1), 4),
+    let twice = |build: &mut Build| (0..2).for_each(|_| slab(build, 0.1, 0.9, GLASS));
+    let (glass, dense) = (between(1.0, GLASS), between(1.0, DENSE));
+    [
+        both("1.5 on 1.5", stacked(GLASS, GLASS), through(&[glass, glass])),
+        both("1.5 on 2", stacked(GLASS, DENSE), through(&[glass, between(GLASS, DENSE), dense])),
+        both("2 on 1.5", stacked(DENSE, GLASS), through(&[glass, between(GLASS, DENSE), dense])),
+        both("the same slab twice", twice, through(&[glass, glass])),
     ]
+    .concat()
 }
 
 fn total(_: Effort) -> Vec<Check> {
@@ -176,6 +210,17 @@ fn inside(_: Effort) -> Vec<Check> {
             1e-4,
         ));
     }
+    // In water between plates of glass, all of them above the floor.
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::Y, Vec3::ZERO, 1e-3));
+    let floor = build.glowing(0.0, 1.0);
+    build.level(0.0, 50.0, true, floor);
+    slab(&mut build, 0.25, 1.75, GLASS);
+    slab(&mut build, 0.5, 1.5, WATER);
+    // What is reflected upwards does not come back: there is nothing above that shines, but the upper faces reflect.
+    let (wall, wet) = (between(1.0, GLASS), between(GLASS, WATER));
+    let half = 1.0 - through(&[wet, wall]);
+    let expected = f64::from(WATER).powi(2) * (1.0 - half) / (1.0 - half * half);
+    checks.push(mean_is("in water in glass", build.finish(), film(96, 96, 1), 16, expected, 1e-4));
     // Between the two faces of a wall of a lit room: their backs are dark.
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(1.05, 0.0, 0.0), Vec3::ZERO, 0.5));
     let wall = build.material("Wall", diffuse(0.5));
@@ -183,4 +228,25 @@ fn inside(_: Effort) -> Vec<Check> {
     build.point_light(Vec3::ZERO, 1.0);
     checks.push(finite("in a wall", false, build.finish(), film(8, 8, 1000), 2));
     checks
+}
+
+fn lamp_inside(_: Effort) -> Vec<Check> {
+    // The floor, at zero, lies within.
+    let in_glass = |build: &mut Build| slab(build, -1.0, 0.75, GLASS);
+    let in_water = |build: &mut Build| {
+        slab(build, -1.0, 0.75, GLASS);
+        slab(build, -0.5, 0.5, WATER);
+    };
+    let glass = through(&[between(1.0, GLASS)]);
+    let water = through(&[between(1.0, GLASS), between(GLASS, WATER)]);
+    let lit = |what: &str, add: &dyn Fn(&mut Build), expected: f64| {
+        let (what, measured) = shot(what, add);
+        Check::number(what, expected, measured, 1e-4)
+    };
+    vec![
+        seen("in glass", in_glass, glass / f64::from(GLASS).powi(2)),
+        seen("in water in glass", in_water, water / f64::from(WATER).powi(2)),
+        lit("in glass", &in_glass, glass),
+        lit("in water in glass", &in_water, water),
+    ]
 }

@@ -4,7 +4,7 @@ use super::build::{Build, film, look, mean_is};
 use super::{Case, Check, Effort};
 use crate::measure::Existence;
 use crate::optics::{Diffuse, Lobe};
-use crate::plan::Plan;
+use crate::plan::{Method, Plan};
 use crate::scene::{Illumination, Scene};
 use glam::Vec3;
 
@@ -13,6 +13,11 @@ pub(super) const CASES: &[Case] = &[
         name: "furnace",
         promise: "a closed room of albedo ρ glows at E / (1 − ρ), after a million reflections too",
         run: furnace,
+    },
+    Case {
+        name: "furnace-paths",
+        promise: "walks from the camera find E / (1 − ρ) too, though chance ends the longest",
+        run: furnace_paths,
     },
     Case { name: "k-closed-form", promise: "k within 1 % of its closed form", run: k_closed_form },
     Case {
@@ -50,6 +55,19 @@ fn furnace(effort: Effort) -> Vec<Check> {
         .map(|&(albedo, paths, passes)| {
             // A radius that reaches nearly to the rims of the wall: few paths must do.
             let settings = crate::plan::Settings { indirect_radius: 8.0, ..film(8, 8, paths) };
+            let expected = 1.0 / (1.0 - f64::from(albedo));
+            mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
+        })
+        .collect()
+}
+
+/// Stiffer ones are left to photons: the chance that a walk gets as far as n reflections falls as n⁻², whatever ρ is.
+fn furnace_paths(_: Effort) -> Vec<Check> {
+    // Albedo, samples a pass, passes.
+    [(0.9_f32, 64, 16), (0.99, 512, 48)]
+        .iter()
+        .map(|&(albedo, samples, passes)| {
+            let settings = crate::plan::Settings { method: Method::Path, samples, ..film(2, 2, 1) };
             let expected = 1.0 / (1.0 - f64::from(albedo));
             mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
         })

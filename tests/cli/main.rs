@@ -1,5 +1,6 @@
 //! The program as a user meets it: messages, exit codes, files.
 
+mod atlas;
 mod compare;
 mod page;
 mod render;

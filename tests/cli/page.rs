@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Chromium, by its usual names; `CHROMIUM` names another.
-fn chromium() -> Option<PathBuf> {
+pub fn chromium() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
     let usual =
         ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].map(PathBuf::from);
     named.into_iter().chain(usual).find(|path| path.exists())
 }
 
-/// Opens the page in a window of its own profile, and returns what the browser printed.
-fn open(browser: &Path, page: &Path, dark: bool, more: &[&str]) -> String {
+/// Opens the page (`at`: what follows its address) in a window of its own profile, and returns what the browser printed.
+pub fn open(browser: &Path, page: &Path, at: &str, dark: bool, more: &[&str]) -> String {
     let profile = tempfile::tempdir().expect("a folder");
     let mut command = Command::new(browser);
     command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]);
@@ -23,7 +23,7 @@ fn open(browser: &Path, page: &Path, dark: bool, more: &[&str]) -> String {
     if dark {
         command.args(["--force-dark-mode", "--blink-settings=preferredColorScheme=0"]);
     }
-    let output = command.args(more).arg(format!("file://{}", text(page))).output().expect("it starts");
+    let output = command.args(more).arg(format!("file://{}{at}", text(page))).output().expect("it starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
@@ -37,7 +37,7 @@ fn the_page_draws_its_curves_and_pictures_without_errors() {
     let folder = tempfile::tempdir().expect("a folder");
     small_comparison(folder.path(), &["--illumination", "global", "--illumination", "one-bounce"]);
     let page = folder.path().join("compare.html");
-    let dom = open(&browser, &page, false, &["--dump-dom"]);
+    let dom = open(&browser, &page, "", false, &["--dump-dom"]);
     let opening = dom.find("<html").map_or("", |at| &dom[at..at + dom[at..].find('>').unwrap_or(0)]);
     for marker in ["data-ready=\"1\"", "data-errors=\"0\"", "data-curves=\"4\"", "data-pictures=\"6\""] {
         assert!(opening.contains(marker), "{marker} in {opening}");
@@ -49,7 +49,7 @@ fn the_page_draws_its_curves_and_pictures_without_errors() {
     }
     for dark in [false, true] {
         let picture = folder.path().join(format!("page-{dark}.png"));
-        open(&browser, &page, dark, &[&format!("--screenshot={}", text(&picture))]);
+        open(&browser, &page, "", dark, &[&format!("--screenshot={}", text(&picture))]);
         let size = std::fs::metadata(&picture).unwrap().len();
         assert!(size > 20_000, "a screenshot of {size} bytes shows nothing");
     }

@@ -139,3 +139,50 @@ fn plan_says_what_is_left_out_and_why() {
     let global = told("plan builtin:cornell-spheres");
     assert!(global.contains("caustic-photons:") && global.contains("visible-half:"), "{global}");
 }
+
+#[test]
+fn plan_tells_programs_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = halflight(
+        folder.path(),
+        "plan builtin:cornell-spheres --json --size 64x48 --photons 5000 --seed 3 --layers visible,invisible",
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    let plan: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(plan["size"], serde_json::json!([64, 48]));
+    assert_eq!(plan["photons"]["paths"], 5000);
+    assert_eq!(plan["scene"]["triangles"], 7948);
+    assert!(plan["multiplication_factor"]["at_most"].as_f64().is_some_and(|k| (k - 0.73).abs() < 1e-6));
+    assert!(plan["memory_bytes"]["total"].as_u64().is_some_and(|bytes| bytes > 300_000));
+    assert!(plan["processor_seconds"]["pass"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    assert_eq!(plan["techniques"].as_array().map(Vec::len), Some(3));
+    let omissions = plan["omissions"].as_array().expect("a list");
+    let names: Vec<&str> = omissions.iter().filter_map(|omission| omission["name"].as_str()).collect();
+    assert!(names.contains(&"existence") && names.contains(&"visible-half"), "{names:?}");
+    for omission in omissions {
+        assert!(omission["reason"].as_str().is_some_and(|reason| !reason.is_empty()));
+        assert!(
+            omission["saves"]["pass_share"].is_f64() && omission["saves"]["bytes"].is_i64(),
+            "{omission}"
+        );
+    }
+}
+
+#[test]
+fn what_is_kept_by_name_is_not_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let small = "builtin:cornell-spheres --illumination local --size 16x16 --passes 2 --photons 500 --quiet";
+    let run = |more: &str| {
+        let output = halflight(folder.path(), &format!("render {small} {more}"));
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    run("-o lean.exr");
+    run("-o full.exr --keep photons --keep visibility");
+    let (lean, full) = (picture(folder.path(), "lean.exr"), picture(folder.path(), "full.exr"));
+    let omitted = |image: &Image| image.header.get("omitted").map(ToString::to_string).unwrap_or_default();
+    assert!(omitted(&lean).contains("photons") && omitted(&lean).contains("visibility"));
+    assert!(!omitted(&full).contains("photons") && !omitted(&full).contains("visibility"));
+    assert!(full.header.get("plan").is_some_and(|plan| plan.to_string().contains("500 photon paths a pass")));
+    assert!(lean.header.get("plan").is_some_and(|plan| plan.to_string().contains("no photons; left out:")));
+    assert_eq!(lean.layer("visible"), full.layer("visible"));
+}

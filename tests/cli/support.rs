@@ -32,7 +32,7 @@ pub fn small_comparison(folder: &Path, more: &[&str]) -> Output {
         vec!["compare", "builtin:cornell-spheres", "--size", "64x64", "--methods", "photon,path"];
     arguments.extend([
         "--budgets",
-        "0.2s,0.4s",
+        "0.1s,1s",
         "--photons",
         "20000",
         "--reference-time",

@@ -1,6 +1,7 @@
 //! What users get wrong: one line that names the thing and the way out, exit code 2, nothing written.
 
 use crate::{halflight, said};
+use halflight::plan::Omittable;
 use std::fs;
 
 /// Runs with `arguments`; the message must be one line with all of `words` in it.
@@ -71,4 +72,21 @@ fn numbers_that_are_none() {
         assert_eq!(output.status.code(), Some(2), "{arguments}");
         assert!(said(&output).contains(word), "{arguments}: {}", said(&output));
     }
+}
+
+#[test]
+fn what_cannot_be_kept_is_told_with_what_can() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for command in ["plan", "render"] {
+        let output = halflight(folder.path(), &format!("{command} builtin:cornell-spheres --keep shadows"));
+        assert_eq!(output.status.code(), Some(2));
+        let message = said(&output);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        let names = Omittable::ALL.map(Omittable::name);
+        assert!(
+            message.contains("--keep shadows") && names.iter().all(|name| message.contains(name)),
+            "{message}"
+        );
+    }
+    assert!(fs::read_dir(folder.path()).expect("a folder").next().is_none());
 }

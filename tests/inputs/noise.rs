@@ -77,6 +77,62 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Parts are lost, doubled and put in each other's places: accessors, nodes, extras, whole lists.
+    #[test]
+    fn structure_of_the_json(
+        hits in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0_usize..4), 1..5)
+    ) {
+        let mut small = rich().embedded();
+        for (index, other, change) in hits {
+            let mut places = Vec::new();
+            collect(&small.json, String::new(), &mut places);
+            let (place, from) = (&places[index.index(places.len())], &places[other.index(places.len())]);
+            let part = small.json.pointer(from).expect("a place").clone();
+            match change {
+                0 => *small.json.pointer_mut(place).expect("a place") = part,
+                1 => match small.json.pointer_mut(place).expect("a place") {
+                    serde_json::Value::Array(list) => list.push(part),
+                    serde_json::Value::Object(map) => drop(map.insert("extras".into(), part)),
+                    other => *other = part,
+                },
+                2 => match small.json.pointer_mut(place).expect("a place") {
+                    serde_json::Value::Array(list) => drop(list.pop()),
+                    serde_json::Value::Object(map) => map.clear(),
+                    other => *other = serde_json::Value::Null,
+                },
+                _ => if let Some((parent, key)) = place.rsplit_once('/')
+                    && let Some(serde_json::Value::Object(map)) = small.json.pointer_mut(parent) {
+                    map.remove(key);
+                }
+            }
+            prop_assume!(small.json.to_string().len() < 200_000);
+        }
+        check("structure.gltf", small.json.to_string().as_bytes());
+    }
+
+    /// Nodes that have each other, themselves or nothing for children, and places far from anything.
+    #[test]
+    fn node_graphs(links in prop::collection::vec((0_usize..6, 0_usize..8), 0..10), x in prop::num::f32::ANY) {
+        let mut small = rich().embedded();
+        let node = |i: usize| {
+            let children: Vec<usize> = links.iter().filter(|(from, _)| *from == i).map(|(_, to)| *to).collect();
+            let mut node = serde_json::json!({ "mesh": 0, "translation": [x, 0, 0] });
+            if !children.is_empty() {
+                node["children"] = children.into();
+            }
+            node
+        };
+        let nodes = small.json["nodes"].as_array_mut().expect("nodes");
+        nodes.extend((0..6).map(node));
+        let count = nodes.len();
+        small.json["scenes"][0]["nodes"] = (0..count).collect::<Vec<_>>().into();
+        check("graph.gltf", small.json.to_string().as_bytes());
+    }
+}
+
 fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {
     match value {
         serde_json::Value::Object(map) => {

@@ -21,7 +21,7 @@ const SIDE: u32 = 20;
 const PASSES: u32 = 1200;
 
 /// True for scenes that are left to the long run, which is said.
-fn left_to_the_long_run(name: &str) -> bool {
+pub fn left_to_the_long_run(name: &str) -> bool {
     let short = std::env::var_os("HALFLIGHT_LONG").is_none();
     if short {
         println!("SKIPPED: {name}; HALFLIGHT_LONG=1 runs it");

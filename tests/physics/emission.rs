@@ -1,6 +1,7 @@
 //! What the stratification of emission is worth: the spread over passes of the power that reaches a glass ball.
 
-use halflight::light::{Invisible, Power};
+use crate::support::Measured;
+use halflight::light::{Invisible, Light, Power};
 use halflight::plan::{Plan, Settings};
 use halflight::rays::Ray;
 use halflight::sampling::{Rng, Sobol, Stream};
@@ -47,4 +48,48 @@ fn sobol_points_make_power_on_a_target_calmer_than_random_ones() {
         "{mean}, {random_mean}"
     );
     assert!(wild > 4.0 * calm, "random {wild:e}, stratified {calm:e}");
+}
+
+#[test]
+fn a_guide_brings_the_same_power_to_glass_and_mirror_with_more_paths() {
+    let plan = Plan::new(Scene::load("builtin:caustic-box").expect("built in"), Settings::default());
+    let guide =
+        plan.photons.as_ref().and_then(|photons| photons.guide.clone()).expect("caustics to guide to");
+    let emitters = Emitters::<Invisible>::new(&plan.scene).expect("a lamp");
+    // Power and number of paths that meet glass or mirror first; power of all paths.
+    let aimed = |guided: bool, pass: u32| -> [f64; 3] {
+        let sobol = Sobol::new(u64::from(pass) + if guided { 1_000 } else { 2_000 });
+        let mut sums = [0.0; 3];
+        for path in 0..PATHS {
+            let u = sobol.point(path, 0);
+            let emitted =
+                if guided { emitters.emit_guided(PATHS, u, &guide) } else { emitters.emit(PATHS, u) };
+            let power = f64::from(emitted.power.total());
+            sums[2] += power;
+            let ray = Ray { origin: emitted.origin, direction: emitted.direction, t_max: f32::INFINITY };
+            let Some(hit) = plan.rays.closest(&ray) else { continue };
+            if plan.scene.material_of(hit.triangle).bsdf.has_delta_lobe() {
+                sums[0] += power;
+                sums[1] += 1.0;
+            }
+        }
+        sums
+    };
+    let measured = |guided: bool, what: usize| {
+        let values: Vec<f64> = (0..PASSES).map(|pass| aimed(guided, pass)[what]).collect();
+        Measured::of(&values)
+    };
+    let (with, without) = (measured(true, 0), measured(false, 0));
+    let error = with.error.hypot(without.error);
+    Measured { error, ..with }.must_be(without.mean, 0.0);
+    let all = measured(true, 2);
+    all.must_be(
+        f64::from(
+            Invisible::of(plan.scene.luminaires.iter().fold(Light::ZERO, |sum, l| sum + l.power(1.0)))
+                .total(),
+        ),
+        1e-4,
+    );
+    let (more, paths) = (measured(true, 1).mean, measured(false, 1).mean);
+    assert!(more > 1.5 * paths, "{more} paths instead of {paths}");
 }

@@ -31,6 +31,7 @@ macro_rules! each {
 
 each! {
     furnace: "furnace";
+    furnace_paths: "furnace-paths";
     k_closed_form: "k-closed-form";
     k_near_one: "k-near-one";
     k_box: "k-box";
@@ -47,6 +48,7 @@ each! {
     coincident_glass: "coincident-glass";
     total_reflection: "total-reflection";
     camera_inside: "camera-inside";
+    light_inside: "light-inside";
     coincident_opposite: "coincident-opposite";
     slivers: "slivers";
     edges_and_corners: "edges-and-corners";

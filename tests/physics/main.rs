@@ -4,6 +4,7 @@ mod support;
 
 mod agreement;
 mod area_light;
+mod atlas;
 mod determinism;
 mod emission;
 mod extremes;
@@ -12,6 +13,9 @@ mod glass;
 mod k;
 mod ledger;
 mod matrices;
+mod media;
 mod mirrors;
+mod omissions;
 mod online_error;
+mod pilot;
 mod square;

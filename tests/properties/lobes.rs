@@ -158,3 +158,45 @@ fn the_density_of_lambert_integrates_to_one() {
     }
     assert!((sum - 1.0).abs() < 1e-4, "{sum}");
 }
+
+/// A direction and one that a lobe sends to, with the probability of that branch.
+fn branch(lobe: &Lobe, from: Vec3, reflected: bool) -> Option<(Vec3, f32, Vec3)> {
+    let u = if reflected { 0.0 } else { 1.0 - f32::EPSILON };
+    let sample = lobe.sample(&Normals::flat(Vec3::Z), from, Transport::Gathering, [0.0, 0.0, u])?;
+    ((sample.to.z * from.z > 0.0) == reflected).then_some((sample.to, sample.pdf_solid_angle, sample.weight))
+}
+
+proptest! {
+    #[test]
+    fn delta_lobes_are_reciprocal(from in unit(), ior in 0.4_f32..2.5, tint in 0.1_f32..=1.0, reflected in any::<bool>()) {
+        prop_assume!(from.z.abs() > 0.05);
+        let tint = Vec3::splat(tint);
+        for (lobe, eta) in [
+            (Lobe::Mirror(Mirror { tint, two_sided: true }), 1.0),
+            (Lobe::Dielectric(Dielectric { ior, tint }), ior),
+            (Lobe::ThinDielectric(ThinDielectric { ior, tint }), 1.0),
+        ] {
+            let Some((to, there, weight)) = branch(&lobe, from, reflected) else { continue };
+            prop_assume!(to.z.abs() > 0.05);
+            let (back, and_back, weight_back) = branch(&lobe, to, reflected).expect("what goes one way goes the other");
+            prop_assert!((back - from).length() < 2e-3);
+            // Gathered light that crosses is scaled by η² of the side it comes from over that of the side it goes to:
+            // without that, f |cos| is the same both ways. Veach 1997, eq. 5.14.
+            let crossed = to.z * from.z < 0.0;
+            let scale = if !crossed { 1.0 } else if from.z > 0.0 { eta * eta } else { 1.0 / (eta * eta) };
+            let ratio = (there * weight * scale) / (and_back * weight_back / scale);
+            prop_assert!((ratio - 1.0).abs().max_element() < 0.01, "{ratio}");
+            prop_assert!((there - and_back).abs() < 2e-3, "{there} {and_back}");
+        }
+    }
+
+    #[test]
+    fn branches_of_clear_lobes_keep_all_power(from in unit(), ior in 0.25_f32..4.0) {
+        prop_assume!(from.z.abs() > 1e-3);
+        let tint = Vec3::ONE;
+        for lobe in [Lobe::Dielectric(Dielectric { ior, tint }), Lobe::ThinDielectric(ThinDielectric { ior, tint })] {
+            let sum: f32 = [true, false].iter().filter_map(|way| branch(&lobe, from, *way)).map(|(_, p, _)| p).sum();
+            prop_assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        }
+    }
+}

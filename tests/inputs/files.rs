@@ -1,4 +1,4 @@
-//! The two shared scenes, where they are there.
+//! The two scenes that came from Blender and from the comparison with other renderers.
 
 use glam::Vec3;
 use halflight::light::Light;
@@ -6,14 +6,8 @@ use halflight::optics::{Dielectric, Lobe, Mirror};
 use halflight::scene::{Illumination, Luminaire, Material, Projection, Scene};
 use std::path::Path;
 
-/// Loads `../shared/scenes/NAME`; None, said plainly, where it is not there.
-fn shared(name: &str) -> Option<Scene> {
-    let path = Path::new("../shared/scenes").join(name);
-    if !path.exists() {
-        println!("SKIPPED: {} is not there", path.display());
-        return None;
-    }
-    Some(Scene::load(path).expect("a good scene"))
+fn load(name: &str) -> Scene {
+    Scene::load(Path::new("scenes").join(name)).expect("a good scene")
 }
 
 fn material<'a>(scene: &'a Scene, name: &str) -> &'a Material {
@@ -28,7 +22,7 @@ fn only_lobe(scene: &Scene, name: &str) -> Lobe {
 
 #[test]
 fn gallery_has_all_its_facts() {
-    let Some(scene) = shared("gallery.glb") else { return };
+    let scene = load("gallery.glb");
     println!("{:#?}", scene.notes);
     assert_eq!(scene.illumination, Some(Illumination::GLOBAL));
     assert_eq!(material(&scene, "Cone").illumination, Some(Illumination::SHADOWLESS));
@@ -73,7 +67,7 @@ fn gallery_has_all_its_facts() {
 
 #[test]
 fn peer_box_is_read_without_a_word() {
-    let Some(scene) = shared("peer-box.glb") else { return };
+    let scene = load("peer-box.glb");
     println!("{:#?}", scene.notes);
     assert_eq!(scene.notes, ["solid glass: GlassSphere (Glass)"]);
     assert_eq!(only_lobe(&scene, "Glass"), Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));

@@ -1,0 +1,195 @@
+//! An atlas as layers of an EXR file, and back.
+//!
+//! `atlas.N.M` is the light of the stored powers sᴺ tᴹ, `atlas_error.I.J` the standard error at one point of the grid;
+//! layers without light are left out. Mantissas are rounded to 11 bits, as in a half (errors: to 6), but exponents keep their range: far
+//! below the noise, and less than half the bytes.
+
+use super::errors::{GRID, POINTS};
+use super::frontier::{Frontier, Sample};
+use super::nodes::Nodes;
+use super::{Atlas, AtlasErrors};
+use crate::error::{Error, Result};
+use crate::film::{Header, Image, Value};
+use glam::{DVec3, Vec3};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Bits that are kept behind the leading one.
+const LIGHT_BITS: u32 = 10;
+/// The same for errors.
+const ERROR_BITS: u32 = 5;
+
+impl Atlas {
+    /// Adds the atlas to a picture of the same size.
+    pub fn add_to(&self, image: &mut Image) {
+        assert_eq!((image.width, image.height), (self.width, self.height), "a picture of another size");
+        for (bin, plane) in self.planes.iter().enumerate().filter(|(_, plane)| !plane.is_empty()) {
+            let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
+            image.layers.push((format!("atlas.{n}.{m}"), rounded(plane, LIGHT_BITS)));
+        }
+        let header = &mut image.header;
+        header.set("atlas_n", list(self.n.powers()));
+        header.set("atlas_m", list(self.m.powers()));
+        header.set("atlas_cut", u32::from(self.cut));
+        let beyond = if self.cut { "left out" } else { "counted as so many" };
+        header.set(
+            "atlas_rule",
+            format!(
+                "L(s, t) = sum of s^N t^M times layer atlas.N.M; powers between those stored are shared out among \
+                 the nearest six; more than {} reflections are {beyond}, more than {} crossings counted as so many",
+                self.n.last(),
+                self.m.last()
+            ),
+        );
+        let kappa = self.frontier.samples().iter().fold(String::new(), |mut text, sample| {
+            let _ = write!(text, "{} {} {};", sample.t, sample.kappa, sample.error);
+            text
+        });
+        header.set("atlas_kappa", kappa);
+        if let Some(errors) = &self.errors {
+            for (point, plane) in errors.planes.iter().enumerate() {
+                let name = format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len());
+                image.layers.push((name, rounded(plane, ERROR_BITS)));
+            }
+            let colour = errors.colour.iter().fold(String::new(), |mut text, error| {
+                let _ = write!(text, "{:e} {:e} {:e};", error.x, error.y, error.z);
+                text
+            });
+            header.set("atlas_colour_error", colour);
+        }
+    }
+
+    /// The atlas of a file that was written by `render --atlas`.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds no atlas; one line that says so.
+    pub fn read(path: &Path) -> Result<(Self, Header)> {
+        let image = crate::film::read_exr(path)?;
+        let atlas = Self::from_image(&image);
+        let atlas = atlas.map_err(|reason| Error::Image { path: path.into(), reason })?;
+        Ok((atlas, image.header))
+    }
+
+    /// The atlas among the layers of a picture.
+    ///
+    /// # Errors
+    /// What is missing or malformed, and the way out.
+    pub fn from_image(image: &Image) -> std::result::Result<Self, String> {
+        let fact = |name: &str| match image.header.get(name) {
+            Some(Value::Text(text)) => Some(text.as_str()),
+            _ => None,
+        };
+        if fact("atlas_n").is_none() {
+            return Err("holds no atlas; make one with `halflight render SCENE --atlas`".into());
+        }
+        let damaged = |what: &str| format!("its {what} is damaged; make the atlas again");
+        let nodes = |name: &str| {
+            let powers: Option<Vec<u8>> = fact(name)?.split_whitespace().map(|p| p.parse().ok()).collect();
+            Nodes::from_powers(powers?)
+        };
+        let n = nodes("atlas_n").ok_or_else(|| damaged("atlas_n"))?;
+        let m = nodes("atlas_m").ok_or_else(|| damaged("atlas_m"))?;
+        let frontier = fact("atlas_kappa").and_then(rows).and_then(|rows| {
+            Frontier::from_samples(
+                rows.into_iter().map(|[t, kappa, error]| Sample { t, kappa, error }).collect(),
+            )
+        });
+        let frontier = frontier.ok_or_else(|| damaged("atlas_kappa"))?;
+        let integer = |name: &str| image.header.get(name).and_then(Value::as_integer);
+        let cut = integer("atlas_cut").ok_or_else(|| damaged("atlas_cut"))? != 0;
+        let passes =
+            integer("passes").and_then(|n| u32::try_from(n).ok()).ok_or_else(|| damaged("passes"))?;
+        let plane = |name: String| image.layer(&name).map(<[Vec3]>::to_vec);
+        let planes = n
+            .powers()
+            .iter()
+            .flat_map(|n| m.powers().iter().map(move |m| format!("atlas.{n}.{m}")))
+            .map(|name| plane(name).unwrap_or_default())
+            .collect();
+        let errors = match fact("atlas_colour_error") {
+            None => None,
+            Some(text) => {
+                let colour: Option<[DVec3; POINTS]> = rows(text)
+                    .map(|rows| rows.into_iter().map(DVec3::from_array).collect::<Vec<_>>())
+                    .and_then(|rows| rows.try_into().ok());
+                let planes: Option<Vec<_>> = (0..POINTS)
+                    .map(|point| plane(format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len())))
+                    .collect();
+                let (Some(colour), Some(planes)) = (colour, planes) else {
+                    return Err(damaged("error bar"));
+                };
+                Some(AtlasErrors { planes, colour })
+            }
+        };
+        Ok(Self { width: image.width, height: image.height, passes, n, m, cut, frontier, planes, errors })
+    }
+}
+
+fn list(powers: &[u8]) -> String {
+    powers.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// Rows of three numbers, each ended by a semicolon.
+fn rows(text: &str) -> Option<Vec<[f64; 3]>> {
+    let row = |row: &str| {
+        let numbers: Option<Vec<f64>> = row.split_whitespace().map(|x| x.parse().ok()).collect();
+        numbers?.try_into().ok()
+    };
+    text.split_terminator(';').map(row).collect()
+}
+
+fn rounded(plane: &[Vec3], bits: u32) -> Vec<Vec3> {
+    plane.iter().map(|value| value.map(|x| round_mantissa(x, bits))).collect()
+}
+
+/// To nearest, with so many bits behind the leading one. Finite numbers only.
+fn round_mantissa(x: f32, bits: u32) -> f32 {
+    let dropped = 23 - bits;
+    let half = 1_u32 << (dropped - 1);
+    let rounded = f32::from_bits((x.to_bits() + half) & !((1 << dropped) - 1));
+    if rounded.is_finite() { rounded } else { x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_to_nearest() {
+        for x in [1.0_f32, 0.3, -7.7, 1e-30, 3e38, 0.0, f32::MAX] {
+            let off = (round_mantissa(x, LIGHT_BITS) - x).abs();
+            assert!(off <= x.abs() * 2_f32.powi(-11) * 1.0001, "{x}");
+        }
+    }
+
+    #[test]
+    fn an_atlas_comes_back_from_its_picture() {
+        let pixels = 6;
+        let plane = |k: usize| (0..pixels).map(|i| Vec3::splat((k * pixels + i) as f32)).collect::<Vec<_>>();
+        let (n, m) = (Nodes::up_to(3), Nodes::up_to(2));
+        let mut planes: Vec<_> = (1..=n.len() * m.len()).map(plane).collect();
+        planes[2] = Vec::new();
+        let samples = vec![Sample { t: 1.0, kappa: 0.7, error: 0.01 }];
+        let errors = AtlasErrors {
+            planes: (0..POINTS).map(|k| plane(k % 8)).collect(), // six bits hold these numbers
+            colour: std::array::from_fn(|i| DVec3::splat(0.1 * i as f64)),
+        };
+        let atlas = Atlas {
+            width: 3,
+            height: 2,
+            passes: 8,
+            n,
+            m,
+            cut: true,
+            frontier: Frontier::from_samples(samples).expect("one sample"),
+            planes,
+            errors: Some(errors),
+        };
+        let header = Header::new().with("passes", 8_u32);
+        let mut image = Image { width: 3, height: 2, layers: Vec::new(), header };
+        atlas.add_to(&mut image);
+        assert_eq!(Atlas::from_image(&image), Ok(atlas));
+        image.header.set("atlas_kappa", "nonsense");
+        assert!(Atlas::from_image(&image).expect_err("damaged").contains("atlas_kappa"));
+    }
+}

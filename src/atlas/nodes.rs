@@ -1,0 +1,240 @@
+//! Which powers are stored, and how the others are shared out among them.
+//!
+//! Low powers are kept one by one. Of the high ones only every so often one is a *node*; xⁿ between nodes is written
+//! as Σ wⱼ x^aⱼ over the six nearest nodes, with weights that fit best (least squares) where images exist. Where the
+//! whole square has images that is within 10⁻³ of sⁿ tᵐ everywhere. Where light multiplies by κ = 1.3 at (1, 1) a
+//! pair of high powers is within 1 %, the very highest 4 %, of its own largest value; they are far along the series.
+//!
+//! Where images exist depends on both variables, and beyond the frontier light grows without bound; so the fit in t
+//! counts an error at t by the largest sⁿ that has an image there, and the fit in s by the largest tᵐ.
+
+use super::frontier::Frontier;
+
+/// The nodes, as far as they may be needed.
+const NODES: [u8; 13] = [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 42, 62, 92];
+/// So many nodes share a power between them.
+const SHARED: usize = 6;
+/// Fits look at so many places in [0, 1].
+const PLACES: usize = 160;
+
+/// The powers of one variable that are stored, rising from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nodes {
+    powers: Vec<u8>,
+}
+
+impl Nodes {
+    /// Up to the first node that is `most` or more (the last there is, where none is).
+    pub fn up_to(most: u8) -> Self {
+        let count = NODES.iter().position(|node| *node >= most).map_or(NODES.len(), |last| last + 1);
+        Self { powers: NODES[..count].to_vec() }
+    }
+
+    /// From powers as a file names them: rising, the first is 0. None where they are not.
+    pub fn from_powers(powers: Vec<u8>) -> Option<Self> {
+        let rising = powers.windows(2).all(|pair| pair[0] < pair[1]);
+        (rising && powers.first() == Some(&0)).then_some(Self { powers })
+    }
+
+    /// The stored powers.
+    pub fn powers(&self) -> &[u8] {
+        &self.powers
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.powers.len()
+    }
+
+    /// Never: zero is always a node.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// The largest.
+    pub fn last(&self) -> u8 {
+        *self.powers.last().expect("zero is a node")
+    }
+
+    /// x to the power of each node.
+    pub fn weights(&self, x: f64) -> Vec<f64> {
+        self.powers.iter().map(|power| x.powi(i32::from(*power))).collect()
+    }
+}
+
+/// Nodes by index, and their weights.
+type Share = Vec<(u8, f32)>;
+
+/// How every pair (n, m) is shared out: first m among the nodes of t, then n among the nodes of s.
+pub struct Shares {
+    across: usize,
+    /// For each (n, m), at n * across + m, where its bins begin; they end where the next one's begin.
+    begins: Vec<u32>,
+    /// Pairs of nodes, at (index of n) * (nodes of t) + (index of m), and their weights.
+    bins: Vec<(u32, f32)>,
+}
+
+impl Shares {
+    /// For pictures of all points that have one.
+    pub fn new(n: &Nodes, m: &Nodes, frontier: &Frontier) -> Self {
+        let places: Vec<f64> = (1..=PLACES).map(|i| i as f64 / PLACES as f64).collect();
+        let most_s: Vec<f64> = places.iter().map(|t| frontier.largest_s(*t)).collect();
+        let most_t: Vec<f64> = places.iter().map(|s| frontier.largest_t(*s).unwrap_or(0.0)).collect();
+        let all = |nodes: &Nodes, counts: Vec<f64>| -> Vec<Share> {
+            (0..=nodes.last()).map(|power| share(&nodes.powers, power, &places, &counts)).collect()
+        };
+        let raised = |most: &[f64], power: u8| most.iter().map(|x| x.powi(i32::from(power))).collect();
+        // By the node of t, then n.
+        let by_n: Vec<Vec<Share>> = m.powers.iter().map(|m| all(n, raised(&most_t, *m))).collect();
+        let (mut begins, mut bins) = (Vec::new(), Vec::new());
+        for power in 0..=n.last() {
+            for by_m in all(m, raised(&most_s, power)) {
+                begins.push(bins.len() as u32);
+                for (j, b) in by_m {
+                    let shares = by_n[usize::from(j)][usize::from(power)].iter();
+                    bins.extend(shares.map(|(i, a)| (u32::from(*i) * m.len() as u32 + u32::from(j), a * b)));
+                }
+            }
+        }
+        begins.push(bins.len() as u32);
+        Self { across: usize::from(m.last()) + 1, begins, bins }
+    }
+
+    /// The pairs of nodes that stand for (n, m), and their weights.
+    pub fn of(&self, n: u8, m: u8) -> &[(u32, f32)] {
+        let at = usize::from(n) * self.across + usize::from(m);
+        &self.bins[self.begins[at] as usize..self.begins[at + 1] as usize]
+    }
+}
+
+/// Minimises Σ (c (xⁿ − Σ wⱼ x^aⱼ))² over `places` x, where errors count `counts` c; exact at x = 1 where that counts
+/// fully.
+fn share(powers: &[u8], power: u8, places: &[f64], counts: &[f64]) -> Share {
+    if let Some(node) = powers.iter().position(|node| *node == power) {
+        return vec![(node as u8, 1.0)];
+    }
+    let above = powers.partition_point(|node| *node < power);
+    let count = SHARED.min(powers.len());
+    let first = above.saturating_sub(count / 2).min(powers.len() - count);
+    // Columns of length one: the equations stay well conditioned however small the powers are.
+    let column = |power: u8| -> Vec<f64> {
+        places.iter().zip(counts).map(|(x, c)| c * x.powi(i32::from(power))).collect()
+    };
+    let length = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut columns: Vec<Vec<f64>> = powers[first..first + count].iter().map(|a| column(*a)).collect();
+    let lengths: Vec<f64> = columns.iter().map(|column| length(column)).collect();
+    let mut target = column(power);
+    let size = length(&target);
+    if size == 0.0 || lengths.contains(&0.0) {
+        return vec![(above as u8, 1.0)]; // no picture has such light
+    }
+    target.iter_mut().for_each(|x| *x /= size);
+    for (column, length) in columns.iter_mut().zip(&lengths) {
+        column.iter_mut().for_each(|x| *x /= length);
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let exact = counts.last() == Some(&1.0);
+    let mut rows: Vec<Vec<f64>> = columns
+        .iter()
+        .zip(&lengths)
+        .map(|(a, length)| {
+            let products = columns.iter().map(|b| dot(a, b));
+            products.chain(exact.then_some(1.0 / length)).chain([dot(a, &target)]).collect()
+        })
+        .collect();
+    if exact {
+        rows.push(lengths.iter().map(|length| 1.0 / length).chain([0.0, 1.0 / size]).collect());
+    }
+    let weights = solved(rows);
+    (0..count).map(|i| ((first + i) as u8, (weights[i] * size / lengths[i]) as f32)).collect()
+}
+
+/// Solves a small linear system, each row with its right side last, by elimination with pivots.
+fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
+    let n = rows.len();
+    for column in 0..n {
+        let largest = |a: &usize, b: &usize| rows[*a][column].abs().total_cmp(&rows[*b][column].abs());
+        let pivot = (column..n).max_by(largest).expect("a row is left");
+        rows.swap(column, pivot);
+        let (done, below) = rows.split_at_mut(column + 1);
+        let pivot = &done[column];
+        for row in below {
+            let factor = row[column] / pivot[column];
+            for (entry, above) in row[column..].iter_mut().zip(&pivot[column..]) {
+                *entry -= factor * above;
+            }
+        }
+    }
+    let mut solution = vec![0.0; n];
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|j| rows[i][j] * solution[j]).sum();
+        solution[i] = (rows[i][n] - known) / rows[i][i];
+    }
+    solution
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frontier::Sample;
+    use super::*;
+
+    fn frontier(kappa: impl Fn(f64) -> f64) -> Frontier {
+        let samples =
+            [0.0, 0.03, 0.1, 0.25, 0.5, 0.75, 1.0].map(|t| Sample { t, kappa: kappa(t), error: 0.0 });
+        Frontier::from_samples(samples.to_vec()).expect("rising")
+    }
+
+    /// The largest error of sⁿ tᵐ over all points that have an image, over the largest that it is.
+    fn worst(frontier: &Frontier, most: u8, pairs: &[(u8, u8)]) -> f64 {
+        let (nodes_n, nodes_m) = (Nodes::up_to(most), Nodes::up_to(28));
+        let shares = Shares::new(&nodes_n, &nodes_m, frontier);
+        let points: Vec<(f64, f64)> = (0..=40)
+            .flat_map(|i| {
+                let t = f64::from(i) / 40.0;
+                let most_s = frontier.largest_s(t);
+                (0..=40).map(move |j| (most_s * f64::from(j) / 40.0, t))
+            })
+            .collect();
+        let off = |&(n, m): &(u8, u8)| {
+            let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+            for &(s, t) in &points {
+                let (across, along) = (nodes_n.weights(s), nodes_m.weights(t));
+                let mut fit = 0.0;
+                for &(bin, w) in shares.of(n, m) {
+                    let (i, j) = (bin as usize / along.len(), bin as usize % along.len());
+                    fit += f64::from(w) * across[i] * along[j];
+                }
+                let truth = s.powi(n.into()) * t.powi(m.into());
+                (error, largest) = (error.max((fit - truth).abs()), largest.max(truth));
+            }
+            error / largest
+        };
+        pairs.iter().map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn every_pair_is_near_its_nodes_where_images_exist() {
+        let pairs = [(5, 0), (5, 5), (7, 11), (11, 3), (16, 16), (24, 8), (24, 24), (28, 21)];
+        let everywhere = frontier(|t| 0.5 + 0.2 * t);
+        assert!(worst(&everywhere, 28, &pairs) < 1e-3, "{}", worst(&everywhere, 28, &pairs));
+        let high = [pairs.as_slice(), &[(35, 12), (50, 0), (50, 17), (77, 24), (80, 2)]].concat();
+        for (beyond, allowed) in [(0.2, 1e-3), (0.5, 0.04), (1.2, 0.1)] {
+            let frontier = frontier(|t| 0.8 + beyond * t * t);
+            let worst = worst(&frontier, 92, &high);
+            assert!(worst < allowed, "{beyond}: {worst}");
+        }
+    }
+
+    #[test]
+    fn low_powers_are_their_own_and_weights_add_up() {
+        let (n, m) = (Nodes::up_to(10), Nodes::up_to(3));
+        assert_eq!(n.powers(), [0, 1, 2, 3, 4, 6, 9, 13]);
+        let shares = Shares::new(&n, &m, &frontier(|_| 0.5));
+        assert_eq!(shares.of(4, 2), [(4 * 4 + 2, 1.0)]);
+        let sum: f32 = shares.of(5, 3).iter().map(|(_, w)| w).sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+        assert_eq!(Nodes::up_to(0).powers(), [0]);
+        assert_eq!(Nodes::up_to(200).last(), 92);
+        assert_eq!(Nodes::from_powers(vec![0, 2, 2]), None);
+    }
+}

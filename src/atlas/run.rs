@@ -1,0 +1,152 @@
+//! How an atlas is rendered: what is refused, how far it is counted, and one pass.
+
+use super::Atlas;
+use super::frontier::Frontier;
+use super::sums::AtlasSums;
+use crate::error::{Error, Result};
+use crate::gather::{Connections, Gathered, Maps, MostOrders};
+use crate::light::{Invisible, Matrix};
+use crate::plan::{Method, PhotonPlan, Plan, Settings};
+use crate::scene::Scene;
+use crate::shoot::{Ledger, Photons, shoot};
+
+/// An atlas being rendered. Its plan's scene stands at (1, 1).
+pub struct AtlasRun {
+    sums: AtlasSums,
+}
+
+/// Below this a series is followed to its end; else it is cut.
+const CERTAIN_TO_END: f64 = 0.97;
+/// Light of the last stored n is this share of all, or less, where the series is followed to its end.
+const LEAST_KEPT: f64 = 2e-3;
+/// Photons of a cut series: their number falls by this from one reflection to the next while their power rises.
+const FADING: f32 = 0.97;
+/// Stored powers of t reach so far that this share of the photons' power has crossed more often.
+const CROSSED_MORE: f64 = 5e-4;
+/// Where no number is large enough.
+const MOST_POWER: u8 = 92;
+/// Crossings are counted no farther.
+const MOST_CROSSINGS: u8 = 42;
+/// Paths that are shot to see how often light crosses surfaces.
+const PILOT_PATHS: u32 = 8_192;
+
+/// Refuses scenes and settings that have no atlas.
+///
+/// # Errors
+/// One line that names the thing and the way out.
+pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
+    let usage = |reason: String| Err(Error::Usage(format!("--atlas: {reason}")));
+    if settings.method != Method::Photon {
+        return usage(format!("--method {} makes no atlas; leave it at photon", settings.method.name()));
+    }
+    if settings.keep_everything {
+        return usage("keeps the invisible half alone; leave --keep-everything out".into());
+    }
+    if settings.invisible {
+        return usage("the invisible layer has no atlas; leave it out of --layers".into());
+    }
+    if scene.point().is_none() {
+        return usage(format!(
+            "no material of {} follows the scene's point of the square; give --illumination S,T and fewer --set",
+            scene.name
+        ));
+    }
+    for material in &scene.materials {
+        let lobes = material.bsdf.terms.iter().filter(|_| material.follows.s.is_none());
+        let delta = lobes.clone().filter(|term| term.lobe.is_delta()).map(|term| term.coefficient);
+        let straight = material.follows.t.is_none().then_some(material.bsdf.straight);
+        let mixes = |matrix: Matrix| matrix.rows().iter().any(|[a, b]| *a != 0.0 && *b != 0.0);
+        let keeps = |matrix: Matrix| matrix.vis_vis != 0.0 || matrix.inv_vis != 0.0;
+        if delta.clone().chain(straight).any(mixes)
+            || lobes.filter(|term| !term.lobe.is_delta()).any(|term| keeps(term.coefficient))
+            || straight.is_some_and(keeps)
+            || delta.clone().any(|matrix| matrix.inv_vis != 0.0)
+        {
+            return usage(format!(
+                "`{}` ({}) reads visible light on its way or mixes the halves, so its light has no single power of s; \
+                 give it a point of the square, or whitted if it is a mirror or glass",
+                material.name, material.resolved
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl AtlasRun {
+    /// Completes `plan`, made for a scene at (1, 1): measures where images exist, and decides how far to count. The
+    /// film is read at the point `at`.
+    ///
+    /// # Errors
+    /// No image at `at`, or matter that does not follow s and multiplies light without end.
+    pub fn new(plan: &mut Plan, at: (f32, f32)) -> Result<Self> {
+        let settings = &plan.settings;
+        let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
+        let frontier = match truncated {
+            Some(_) => Frontier::none(),
+            None => Frontier::measure(&plan.scene, &plan.existence, settings.seed),
+        };
+        let kappa = frontier.kappa(1.0);
+        if kappa.is_infinite() {
+            let refusal = plan.existence.refusal(&plan.scene);
+            return Err(Error::NoImage(refusal.expect("light multiplies")));
+        }
+        if let Some(refusal) = frontier.refusal(f64::from(at.0), f64::from(at.1)) {
+            return Err(Error::NoImage(refusal));
+        }
+        let cut = truncated.is_none() && kappa >= CERTAIN_TO_END;
+        let n = match truncated {
+            Some(most) => most,
+            None if cut => MOST_POWER,
+            None => (LEAST_KEPT.ln() / kappa.max(1e-9).ln()).ceil().clamp(1.0, f64::from(MOST_POWER)) as u8,
+        };
+        let n = super::Nodes::up_to(n).last();
+        if cut && let Some(photons) = plan.photons.take() {
+            let growth = (plan.existence.growth() / FADING).max(1.0);
+            let photons = PhotonPlan { most_orders: n, growth, ..photons };
+            plan.photons = Some(plan.with_pilot(photons));
+        }
+        let most = MostOrders { n, m: most_crossings(plan), cut };
+        let size = (plan.settings.width, plan.settings.height);
+        Ok(Self { sums: AtlasSums::new(size, most, at, frontier) })
+    }
+
+    /// Renders a pass: what it looks like at the film's point, and how many photons it stored.
+    pub fn pass(&mut self, plan: &Plan, connections: &Connections, pass: u32) -> (Gathered<1>, u64) {
+        let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
+        let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
+        let maps = Maps::<Invisible>::build(photons, plan, pass);
+        (self.sums.add_pass(plan, connections, &maps, pass), stored)
+    }
+
+    /// How far it counts and what it takes, in one line.
+    pub fn describe(&self) -> String {
+        self.sums.describe()
+    }
+
+    /// The atlas so far.
+    pub fn atlas(&self) -> Atlas {
+        self.sums.atlas()
+    }
+}
+
+/// How often light crosses surfaces, all but a small share of it.
+fn most_crossings(plan: &Plan) -> u8 {
+    let Some(photons) = &plan.photons else { return 2 * MOST_CROSSINGS / 3 };
+    let pilot = PhotonPlan { paths: photons.paths.min(PILOT_PATHS), keep: 1.0, ..photons.clone() };
+    let photons = shoot::<Invisible>(plan, &pilot, u32::MAX - 1);
+    let mut power = [0.0; 256];
+    for photon in photons.by_class.iter().flatten() {
+        power[usize::from(photon.orders.m)] += f64::from(photon.power.0.element_sum());
+    }
+    let all: f64 = power.iter().sum();
+    let mut beyond = all;
+    let most = power.iter().position(|here| {
+        beyond -= here;
+        beyond <= CROSSED_MORE * all
+    });
+    most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS))
+}
+
+fn no_photons() -> Photons<Invisible> {
+    Photons { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
+}

@@ -1,0 +1,84 @@
+use crate::atlas::Atlas;
+use crate::error::{Error, Result};
+use crate::film::{Image, Layer, check_writable, write_image_exr, write_rgb_png};
+use crate::scene::Illumination;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct MixArgs {
+    /// An EXR file that `halflight render --atlas` wrote.
+    atlas: PathBuf,
+
+    /// The point of the square: S,T (S inter-reflection, T shadowlessness, both 0…1) or global, local, shadowless,
+    /// one-bounce.
+    #[arg(long, value_name = "S,T|NAME")]
+    at: String,
+
+    /// The picture, with its standard error; a PNG preview is written beside it.
+    #[arg(short, long, value_name = "FILE.exr", default_value = "mix.exr")]
+    output: PathBuf,
+
+    /// Exposure of the PNG preview in stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    exposure: f32,
+
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Where the atlas leaves out more than this share of the light, users are told.
+const TOLD: f64 = 1e-3;
+
+pub fn run(args: &MixArgs) -> Result<ExitCode> {
+    let (s, t) = point(&args.at)?;
+    let png = args.output.with_extension("png");
+    if png == args.output {
+        return Err(Error::Usage(format!(
+            "{}: the picture is an EXR file and the PNG preview lies beside it; name the .exr",
+            args.output.display()
+        )));
+    }
+    check_writable(&args.output)?;
+    check_writable(&png)?;
+    let (atlas, mut header) = Atlas::read(&args.atlas)?;
+    let mixed = atlas.mix(s, t)?;
+    header.entries.retain(|(name, _)| !name.starts_with("atlas_"));
+    header.set("illumination", Illumination::Square { s: s as f32, t: t as f32 }.describe());
+    header.set("mixed_from", args.atlas.display().to_string());
+    header.set("left_out", mixed.left_out);
+    if mixed.left_out > TOLD && !args.quiet {
+        eprintln!(
+            "warning: light of more than {} reflections, about {:.1} % of all at this point, is not in the atlas; \
+             `halflight render --illumination {}` has all of it",
+            atlas.n.last(),
+            100.0 * mixed.left_out,
+            args.at
+        );
+    }
+    write_rgb_png(&png, atlas.width, atlas.height, &mixed.visible, args.exposure)?;
+    let layers = vec![
+        (Layer::Visible.name().to_owned(), mixed.visible),
+        (Layer::Error.name().to_owned(), mixed.error),
+    ];
+    write_image_exr(&args.output, &Image { width: atlas.width, height: atlas.height, layers, header })?;
+    if !args.quiet {
+        eprintln!("wrote {} and {}", args.output.display(), png.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn point(text: &str) -> Result<(f64, f64)> {
+    match text.parse::<Illumination>() {
+        // In decimal: 0.7 is not to become 0.699999988.
+        Ok(Illumination::Square { s, t }) => {
+            let exact = |x: f32| x.to_string().parse().unwrap_or_else(|_| f64::from(x));
+            Ok((exact(s), exact(t)))
+        }
+        _ => Err(Error::Usage(format!(
+            "--at {text}: no point of the square; write S,T with both in 0…1, or global, local, shadowless, one-bounce"
+        ))),
+    }
+}

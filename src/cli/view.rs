@@ -1,0 +1,54 @@
+use crate::atlas::Atlas;
+use crate::error::{Error, Result};
+use crate::film::{check_writable, replace_file};
+use crate::report::square_page;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct ViewArgs {
+    /// An EXR file that `halflight render --atlas` wrote.
+    atlas: PathBuf,
+
+    /// The page: one file that needs no network.
+    #[arg(short, long, value_name = "FILE.html", default_value = "square.html")]
+    output: PathBuf,
+
+    /// The most that the page may take, in megabytes; the picture is halved until it fits.
+    #[arg(long, value_name = "MB", default_value_t = 12.0)]
+    megabytes: f64,
+
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+pub fn run(args: &ViewArgs) -> Result<ExitCode> {
+    if args.megabytes.is_nan() || args.megabytes <= 0.0 {
+        return Err(Error::Usage(format!("--megabytes {}: give a size above zero", args.megabytes)));
+    }
+    check_writable(&args.output)?;
+    let (atlas, header) = Atlas::read(&args.atlas)?;
+    let page = square_page(&atlas, &header, (1e6 * args.megabytes) as usize)
+        .map_err(|e| Error::Write { path: args.output.clone(), reason: e.to_string() })?;
+    replace_file(&args.output, |file| file.write_all(page.html.as_bytes()))?;
+    if !args.quiet {
+        let smaller = if page.halvings > 0 {
+            format!(
+                "; the picture is {} times smaller than the atlas, --megabytes allows more",
+                1 << page.halvings
+            )
+        } else {
+            String::new()
+        };
+        eprintln!(
+            "wrote {}: {:.1} MB, {} components, {:.2} % from the atlas{smaller}",
+            args.output.display(),
+            1e-6 * page.html.len() as f64,
+            page.components,
+            100.0 * page.off
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,390 @@
+//! The final pass once more, with what each pixel shows kept apart by its powers of s and t: the kernel of the atlas.
+//!
+//! It runs over a scene at (s, t) = (1, 1), where every matrix that follows the scene's point has factor one, and
+//! counts instead. A row reads one half of light only (what would mix them is refused before), so that each
+//! contribution has one pair of orders (n, m) and its weight anywhere else in the square is sⁿ tᵐ.
+
+use super::connect::Connection;
+use super::{CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, describe};
+use crate::light::{Light, Matrix, Power, Row};
+use crate::optics::{Lobe, Term, Transport};
+use crate::plan::{Direct, Plan};
+use crate::rays::{Hit, Ray};
+use crate::sampling::{Rng, Stream, choose};
+use crate::scene::{Material, SurfacePoint};
+use crate::shoot::{Orders, PathClass};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Where counting ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MostOrders {
+    /// The largest n that is kept apart.
+    pub n: u8,
+    /// The largest m; more crossings count as so many.
+    pub m: u8,
+    /// True: light of more reflections is left out. False: it counts as if it had `n`.
+    pub cut: bool,
+}
+
+/// What one pixel of one pass shows, by powers of s and t; linear RGB radiance.
+pub struct ByOrder {
+    /// Where n stands among the places, for n up to twice 255; light that is left out has a place behind all others.
+    row: [u16; 512],
+    /// The same for m; the two add up.
+    column: [u16; 512],
+    /// (n, m) of each place, and what the film's point of the square makes of it.
+    orders: Vec<(u8, u8)>,
+    weights: Vec<f32>,
+    /// In f64: many small numbers are added.
+    values: Vec<DVec3>,
+    /// Places in `values` that are not zero.
+    touched: Vec<u16>,
+    /// Photon power (W) of the query under way, and its places.
+    power: Vec<Vec3>,
+    met: Vec<u16>,
+}
+
+/// So many photons are summed in f32 before the sum is added to others in f64.
+const RUN: u32 = 1024;
+
+impl ByOrder {
+    /// For pixels that are also read at the point (s, t).
+    pub fn new(most: MostOrders, (s, t): (f32, f32)) -> Self {
+        let across = u16::from(most.m) + 1;
+        let orders: Vec<_> = (0..=most.n).flat_map(|n| (0..=most.m).map(move |m| (n, m))).collect();
+        let mut weights: Vec<f32> =
+            orders.iter().map(|&(n, m)| s.powi(n.into()) * t.powi(m.into())).collect();
+        let places = orders.len();
+        let row = |n: u16| {
+            if most.cut && n > most.n.into() { places as u16 } else { n.min(most.n.into()) * across }
+        };
+        // Places of light that is left out, one for each m.
+        weights.resize(places + usize::from(across), 0.0);
+        Self {
+            row: std::array::from_fn(|n| row(n as u16)),
+            column: std::array::from_fn(|m| (m as u16).min(most.m.into())),
+            orders,
+            values: vec![DVec3::ZERO; weights.len()],
+            power: vec![Vec3::ZERO; weights.len()],
+            weights,
+            touched: Vec::new(),
+            met: Vec::new(),
+        }
+    }
+
+    /// The place of light of orders `light`, read by a row that already has `row`.
+    #[inline]
+    fn place(&self, row: Orders, light: Orders) -> u16 {
+        self.row[usize::from(row.n) + usize::from(light.n)]
+            + self.column[usize::from(row.m) + usize::from(light.m)]
+    }
+
+    /// Adds radiance and returns its share at the film's point.
+    fn add(&mut self, place: u16, value: Vec3) -> Vec3 {
+        let i = usize::from(place);
+        if value == Vec3::ZERO {
+            return value; // a place is touched by light, and so once
+        }
+        let sum = &mut self.values[i];
+        if *sum == DVec3::ZERO {
+            self.touched.push(place);
+        }
+        *sum += value.as_dvec3();
+        self.weights[i] * value
+    }
+
+    /// Adds the power of a photon (W) to the query under way.
+    #[inline]
+    fn meet(&mut self, place: u16, power: Vec3) {
+        let i = usize::from(place);
+        let sum = &mut self.power[i];
+        if *sum == Vec3::ZERO {
+            self.met.push(place);
+        }
+        *sum += power;
+    }
+
+    /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance. Returns its share at the film's point.
+    fn add_met(&mut self, factor: Vec3) -> Vec3 {
+        let mut seen = Vec3::ZERO;
+        let mut met = std::mem::take(&mut self.met);
+        for place in met.drain(..) {
+            let power = std::mem::take(&mut self.power[usize::from(place)]);
+            seen += self.add(place, factor * power);
+        }
+        self.met = met;
+        seen
+    }
+
+    /// (n, m) and light, in the order in which light was first found.
+    pub fn iter(&self) -> impl Iterator<Item = (u8, u8, Vec3)> {
+        let kept = self.touched.iter().filter(|place| usize::from(**place) < self.orders.len());
+        kept.map(|place| {
+            let (n, m) = self.orders[usize::from(*place)];
+            (n, m, self.values[usize::from(*place)].as_vec3())
+        })
+    }
+
+    fn clear(&mut self) {
+        self.touched.drain(..).for_each(|place| self.values[usize::from(place)] = DVec3::ZERO);
+    }
+}
+
+/// Gathers one pass of `plan`, whose scene stands at (1, 1). Each pixel's light by order is given to `add` with the
+/// pixel's own record, one of equal parts of `records`, and a total of its row of pixels. Returns the pass as it
+/// looks at the point `at`, and the totals, top row first.
+pub fn gather_by_order<P: Power, T: Default + Send>(
+    plan: &Plan,
+    connections: &Connections,
+    maps: &Maps<'_, P>,
+    pass: u32,
+    (most, at): (MostOrders, (f32, f32)),
+    records: &mut [f32],
+    add: impl Fn(&mut [f32], &ByOrder, &mut T) + Sync,
+) -> (Gathered<1>, Vec<T>) {
+    let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
+    let stride = records.len() / (width * height);
+    let mut pixels = vec![Pixel::<1>::EMPTY; width * height];
+    let rows = pixels.par_chunks_mut(width).zip(records.par_chunks_mut(width * stride)).enumerate();
+    let totals = rows
+        .map(|(y, (row, records))| {
+            let by_order = ByOrder::new(most, at);
+            let mut walk = Walk {
+                plan,
+                connections,
+                maps,
+                by_order,
+                stack: Vec::new(),
+                hits: Vec::new(),
+                between: Vec::new(),
+            };
+            let mut total = T::default();
+            for (x, (pixel, record)) in row.iter_mut().zip(records.chunks_mut(stride)).enumerate() {
+                let index = (y * width + x) as u64;
+                let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, index);
+                *pixel = walk.pixel(x as u32, y as u32, rng);
+                add(record, &walk.by_order, &mut total);
+                walk.by_order.clear();
+            }
+            total
+        })
+        .collect();
+    (Gathered { pixels }, totals)
+}
+
+/// One straight line still to be looked along.
+struct Line {
+    origin: Vec3,
+    direction: Vec3,
+    reading: Reading,
+    /// Length of the camera path so far, m.
+    travelled: f32,
+    delta_chain: u32,
+}
+
+/// A row, and the powers of s and t that it already has.
+#[derive(Clone, Copy)]
+struct Reading {
+    row: Row,
+    orders: Orders,
+}
+
+impl Reading {
+    /// Before a reflection by `term` of `material`. The first reflection into the visible half has no s: F(s, t)'s
+    /// second row is [f_opaque 0].
+    fn before(self, material: &Material, term: &Term) -> Self {
+        let invisible = self.row.invisible != Vec3::ZERO;
+        let orders = if invisible { self.orders.reflected(material) } else { self.orders };
+        Self { row: self.row * term.coefficient, orders }
+    }
+}
+
+/// A point on a line of the camera path, and what is still read there.
+#[derive(Clone, Copy)]
+struct Here<'a> {
+    reading: Reading,
+    material: &'a Material,
+    point: &'a SurfacePoint,
+    wo: Vec3,
+    travelled: f32,
+    most_reflections: u32,
+}
+
+struct Walk<'a, P> {
+    plan: &'a Plan,
+    connections: &'a Connections,
+    maps: &'a Maps<'a, P>,
+    by_order: ByOrder,
+    stack: Vec<Line>,
+    hits: Vec<Hit>,
+    between: Vec<Hit>,
+}
+
+impl<P: Power> Walk<'_, P> {
+    fn pixel(&mut self, x: u32, y: u32, mut rng: Rng) -> Pixel<1> {
+        let settings = &self.plan.settings;
+        let (width, height) = (settings.width as f32, settings.height as f32);
+        let [jx, jy] = rng.f32x2();
+        let (origin, direction) =
+            self.plan.scene.camera.ray((x as f32 + jx) / width, (y as f32 + jy) / height, width / height);
+        let mut pixel = Pixel::EMPTY;
+        let reading = Reading { row: Row::VISIBLE, orders: Orders::default() };
+        self.stack.push(Line { origin, direction, reading, travelled: 0.0, delta_chain: 0 });
+        while let Some(line) = self.stack.pop() {
+            self.look_along(&line, &mut pixel, &mut rng);
+        }
+        pixel
+    }
+
+    fn look_along(&mut self, line: &Line, pixel: &mut Pixel<1>, rng: &mut Rng) {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let mut hits = std::mem::take(&mut self.hits);
+        self.plan.rays.crossings(&ray, &mut hits);
+        let mut reading = line.reading;
+        let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
+        for hit in &hits {
+            let material = &self.plan.scene.materials[self.plan.material_index(hit.triangle)];
+            let point =
+                self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
+            let wo = -line.direction;
+            if pixel.depth == f32::INFINITY && line.delta_chain == 0 {
+                describe(pixel, hit, &point, wo, &material.bsdf);
+            }
+            if let Some(emission) = material.emission
+                && line.delta_chain <= most
+                && (emission.two_sided || point.normals.is_front(wo))
+            {
+                let place = self.by_order.place(reading.orders, Orders::default());
+                pixel.parts[0].emitted += self.by_order.add(place, reading.row * emission.radiance);
+            }
+            if line.delta_chain < most {
+                let here = Here {
+                    reading,
+                    material,
+                    point: &point,
+                    wo,
+                    travelled: line.travelled + hit.t,
+                    most_reflections: most - line.delta_chain - 1,
+                };
+                self.read_surface(&here, pixel, rng);
+                self.pass_on(&here, line.delta_chain, rng);
+            }
+            reading.row = reading.row * material.bsdf.straight;
+            reading.orders = reading.orders.crossed(material);
+            if reading.row.is_zero() {
+                break;
+            }
+        }
+        self.hits = hits;
+    }
+
+    /// Light that finite lobes send towards the camera.
+    fn read_surface(&mut self, here: &Here<'_>, pixel: &mut Pixel<1>, rng: &mut Rng) {
+        let Here { point, wo, material, .. } = *here;
+        for term in material.bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
+            let reading = here.reading.before(material, term);
+            if reading.row.is_zero() || !term.lobe.responds(&point.normals, wo) {
+                continue;
+            }
+            if self.plan.settings.direct == Direct::Connection {
+                self.connect(reading, term, here, &mut pixel.parts[0], rng);
+            }
+            let Lobe::Diffuse(diffuse) = term.lobe else { continue };
+            let footprint = self.plan.scene.camera.footprint(here.travelled, self.plan.settings.height);
+            let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
+            let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
+            let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
+            let by_order = &mut self.by_order;
+            for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
+                let (mut value, mut inner, mut length) = (Vec3::ZERO, Vec3::ZERO, 0_u32);
+                let factor = f * reading.row.invisible;
+                let Some(disk) = self.maps.disk(class, point, normal, footprint) else { continue };
+                let whole = disk.over_whole;
+                self.maps.each(class, point, normal, &disk, |photon, half| {
+                    if photon.reflections <= most {
+                        let place = by_order.place(reading.orders, photon.orders);
+                        let power = photon.power.light().invisible;
+                        by_order.meet(place, power);
+                        if half > 0.0 {
+                            inner += half * by_order.weights[usize::from(place)] * power;
+                        }
+                        length += 1;
+                        if length.is_multiple_of(RUN) {
+                            value += by_order.add_met(whole * factor);
+                        }
+                    }
+                });
+                value += by_order.add_met(whole * factor);
+                *pixel.parts[0].of(class) += value;
+                pixel.bias += 2.0 * (value - factor * inner);
+            }
+        }
+    }
+
+    fn connect(&mut self, reading: Reading, term: &Term, here: &Here<'_>, parts: &mut Parts, rng: &mut Rng) {
+        let Here { point, wo, .. } = *here;
+        let Self { plan, connections, by_order, between, .. } = self;
+        let mut visit = |connection: Connection| {
+            let f = term.lobe.eval(&point.normals, wo, connection.wi)
+                * connection.wi.dot(point.normals.shading).abs();
+            if f == Vec3::ZERO || reading.row * connection.light == Vec3::ZERO {
+                return;
+            }
+            let (through, crossed) = straight_along(plan, &connection.segment, between);
+            let light: Light = f * (through * connection.light);
+            let place = by_order.place(reading.orders, crossed);
+            parts.direct += by_order.add(place, reading.row * light);
+        };
+        connections.to_all(&plan.scene, point, &mut visit);
+        connections.to_one(&plan.scene, point, rng.f32x3()).into_iter().for_each(visit);
+    }
+
+    /// The row goes on through delta lobes: of several, one is chosen in proportion to what it passes on.
+    fn pass_on(&mut self, here: &Here<'_>, delta_chain: u32, rng: &mut Rng) {
+        let Here { reading, material, point, wo, travelled, .. } = *here;
+        let bsdf = &material.bsdf;
+        if !bsdf.has_delta_lobe() {
+            return;
+        }
+        let strength = |term: &Term| -> f32 {
+            if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
+                return 0.0;
+            }
+            (reading.row * term.coefficient * term.lobe.albedo()).total()
+        };
+        let Some((k, probability)) = choose(bsdf.terms.len(), |k| strength(&bsdf.terms[k]), rng.f32()) else {
+            return;
+        };
+        let term = &bsdf.terms[k];
+        let plan = self.plan;
+        let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        if survival < 1.0 && rng.f32() >= survival {
+            return;
+        }
+        let lobe = plan.rays.lobe_at(term.lobe, point);
+        let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
+            return;
+        };
+        let after = reading.before(material, term);
+        self.stack.push(Line {
+            origin: point.origin_towards(sample.to),
+            direction: sample.to,
+            reading: Reading { row: after.row * (sample.weight / (probability * survival)), ..after },
+            travelled,
+            delta_chain: delta_chain + 1,
+        });
+    }
+}
+
+/// What light that travels a connection is multiplied by, and the crossings that it counts.
+fn straight_along(plan: &Plan, segment: &Ray, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
+    plan.rays.crossings(segment, hits);
+    let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
+    for hit in hits.iter() {
+        let material = &plan.scene.materials[plan.material_index(hit.triangle)];
+        through = through * material.bsdf.straight;
+        orders = orders.crossed(material);
+    }
+    (through, orders)
+}

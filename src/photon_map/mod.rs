@@ -1,0 +1,343 @@
+//! Photons → kd-tree; how much light arrives near a point?
+//!
+//! The tree halves the photons along the widest axis of their box, so that a whole floor at y = 0 and thousands of photons in one
+//! point are nothing special; it ends in blocks of sixteen, which are looked at together.
+
+mod block;
+mod tree;
+
+use crate::light::Power;
+use crate::shoot::Photon;
+use block::{Block, Disk, LANES, Lanes, Normals};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch, mask32x16};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::marker::PhantomData;
+use tree::{Item, LEAF, Node, STACK};
+
+/// Photons of one class, indexed for "what is near?".
+pub struct PhotonMap<P> {
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// Of the blocks whose photons do not face the same way.
+    normals: Vec<Normals>,
+    /// By block, then component.
+    powers: Vec<[f32; LANES]>,
+    /// In the order of the blocks.
+    photons: Vec<Photon<P>>,
+    level: Level,
+}
+
+/// Power (W) that arrived near a point; divided by the area it fell on, irradiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flux<P> {
+    /// Within the radius.
+    pub whole: P,
+    /// Within half of it, which is part of the whole.
+    pub inner: P,
+}
+
+impl<P: Power> PhotonMap<P> {
+    /// Builds the map. Positions must be finite: shooting guarantees it.
+    ///
+    /// # Panics
+    /// On a photon whose position is not finite, which would make the tree lose others silently.
+    pub fn build(photons: Vec<Photon<P>>) -> Self {
+        let level = Level::new();
+        if photons.is_empty() {
+            let (nodes, blocks, normals, powers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+            return Self { nodes, blocks, normals, powers, photons, level };
+        }
+        assert!(
+            photons.par_iter().all(|photon| photon.position.is_finite()),
+            "a photon's position is not finite"
+        );
+        let mut items: Vec<Item> = photons
+            .par_iter()
+            .enumerate()
+            .map(|(i, photon)| Item { position: photon.position, index: i as u32 })
+            .collect();
+        let nodes = tree::build(&mut items);
+        let photons: Vec<Photon<P>> = items.par_iter().map(|item| photons[item.index as usize]).collect();
+        let mut normals = Vec::new();
+        let blocks = photons.chunks(LANES).map(|photons| Block::new(photons, &mut normals)).collect();
+        let mut powers = vec![[0.0; LANES]; photons.len().div_ceil(LANES) * P::COMPONENTS];
+        powers.par_chunks_mut(P::COMPONENTS).zip(photons.par_chunks(LANES)).for_each(|(planes, photons)| {
+            for (component, plane) in planes.iter_mut().enumerate() {
+                for (power, photon) in plane.iter_mut().zip(photons) {
+                    *power = photon.power.component(component);
+                }
+            }
+        });
+        Self { nodes, blocks, normals, powers, photons, level }
+    }
+
+    /// How many photons.
+    pub fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// All photons, neighbours in space near each other.
+    pub fn into_photons(self) -> Vec<Photon<P>> {
+        self.photons
+    }
+
+    /// True when there is none.
+    pub fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// The power of all photons within `radius` (m) of `position` that arrived on the side of `normal` after no more
+    /// than `most_reflections`. Sums are taken in the order of the tree.
+    pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> Flux<P> {
+        let disk = Disk::new(position, normal, radius);
+        dispatch!(self.level, simd => self.sum(simd, &disk, most_reflections))
+    }
+
+    #[inline(always)]
+    fn sum<S: Simd>(&self, simd: S, disk: &Disk, most_reflections: u16) -> Flux<P> {
+        let mut sums = Sums::zero(simd);
+        // Runs of 64 blocks, then the sum of runs: a million equal powers added one by one in f32 are off by 1 %.
+        let mut run = Sums::zero(simd);
+        let mut length = 0_u32;
+        let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
+        self.near(simd, disk, |block, squared, mut inside| {
+            if most_reflections < u16::MAX {
+                let photons = &self.photons[LANES * block..];
+                let bits = photons.iter().take(LANES).enumerate().fold(0_u64, |bits, (lane, photon)| {
+                    bits | u64::from(photon.reflections <= most_reflections) << lane
+                });
+                inside &= mask32x16::from_bitmask(simd, bits);
+            }
+            let inner = inside & squared.simd_le(quarter);
+            run.add(&self.powers[P::COMPONENTS * block..][..P::COMPONENTS], inside, inner);
+            length += 1;
+            if length.is_multiple_of(64) {
+                sums.add_all(&run);
+                run = Sums::zero(simd);
+            }
+        });
+        sums.add_all(&run);
+        sums.flux()
+    }
+
+    /// How many photons [`flux`](Self::flux) meets.
+    pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
+        let mut count = 0;
+        self.visit(position, normal, radius, |_, _| count += 1);
+        count
+    }
+
+    /// Shows each photon that [`flux`](Self::flux) meets and its squared distance, in the order of the tree.
+    pub fn visit(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(&Photon<P>, f32)) {
+        let disk = Disk::new(position, normal, radius);
+        dispatch!(self.level, simd => self.near(simd, &disk, |block, squared, inside| {
+            let mut bits = inside.to_bitmask();
+            let squared = squared.to_array();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize % LANES;
+                bits &= bits - 1;
+                visit(&self.photons[LANES * block + lane], squared[lane]);
+            }
+        }));
+    }
+
+    #[inline(always)]
+    fn near<S: Simd>(&self, simd: S, disk: &Disk, mut visit: impl FnMut(usize, Lanes<S>, mask32x16<S>)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut stack = [0_u32; STACK];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let node = &self.nodes[stack[height] as usize];
+            let mut met = node.near(simd, disk.position, disk.radius_squared);
+            while met != 0 {
+                let child = node.child[met.trailing_zeros() as usize % tree::WIDTH];
+                met &= met - 1;
+                if child & LEAF == 0 {
+                    stack[height] = child;
+                    height += 1;
+                    continue;
+                }
+                let block = (child & !LEAF) as usize;
+                if let Some((squared, inside)) = self.blocks[block].within(simd, disk, &self.normals) {
+                    visit(block, squared, inside);
+                }
+            }
+        }
+    }
+}
+
+/// Powers within the radius and within half of it, by component, still lane by lane.
+struct Sums<S: Simd, P> {
+    whole: [Lanes<S>; 6],
+    inner: [Lanes<S>; 6],
+    carried: PhantomData<P>,
+}
+
+impl<S: Simd, P: Power> Sums<S, P> {
+    #[inline(always)]
+    fn zero(simd: S) -> Self {
+        let zero = [Lanes::simd_from(simd, 0.0); 6];
+        Self { whole: zero, inner: zero, carried: PhantomData }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, powers: &[[f32; LANES]], whole: mask32x16<S>, inner: mask32x16<S>) {
+        for ((wide, narrow), power) in self.whole.iter_mut().zip(&mut self.inner).zip(powers) {
+            let simd = wide.simd;
+            let (power, zero) = (Lanes::load_array_ref(simd, power), Lanes::simd_from(simd, 0.0));
+            *wide += whole.select(power, zero);
+            *narrow += inner.select(power, zero);
+        }
+    }
+
+    #[inline(always)]
+    fn add_all(&mut self, run: &Self) {
+        for c in 0..P::COMPONENTS {
+            self.whole[c] += run.whole[c];
+            self.inner[c] += run.inner[c];
+        }
+    }
+
+    #[inline(always)]
+    fn flux(&self) -> Flux<P> {
+        let sum = |lanes: Lanes<S>| {
+            let mut sums = lanes.to_array();
+            for half in [8, 4, 2, 1] {
+                for i in 0..half {
+                    sums[i] += sums[i + half];
+                }
+            }
+            sums[0]
+        };
+        let total = |lanes: &[Lanes<S>; 6]| P::from_components(|c| sum(lanes[c]));
+        Flux { whole: total(&self.whole), inner: total(&self.inner) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Invisible;
+    use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE};
+    use crate::sampling::{Rng, Stream};
+    use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+    fn photon(position: Vec3, normal: Vec3) -> Photon<Invisible> {
+        Photon::new(position, normal, Invisible(Vec3::ONE), 1)
+    }
+
+    /// Photons on a floor, on a wall that meets it, and many in one point.
+    fn corner() -> Vec<Photon<Invisible>> {
+        let mut rng = Rng::new(1, Stream::Test, 0, 0);
+        let floor = (0..60_000).map(|_| rng.f32x2()).map(|[x, z]| photon(Vec3::new(x, 0.0, z), Vec3::Y));
+        let floor: Vec<_> = floor.collect();
+        let wall = (0..30_000).map(|_| rng.f32x2()).map(|[y, z]| photon(Vec3::new(0.0, y, z), Vec3::X));
+        let pile = (0..5_000).map(|_| photon(Vec3::splat(0.5), Vec3::Z));
+        floor.into_iter().chain(wall).chain(pile).collect()
+    }
+
+    #[test]
+    fn queries_find_what_brute_force_finds() {
+        let photons = corner();
+        let map = PhotonMap::build(photons.clone());
+        let mut rng = Rng::new(2, Stream::Test, 0, 0);
+        for _ in 0..200 {
+            let [x, z] = rng.f32x2();
+            let (p, r) = (Vec3::new(x, 0.0, z), 0.01 + 0.1 * rng.f32());
+            // The rotation rounds: photons within 1e-5 of the rim may fall on either side of it.
+            let within = |r: f32| {
+                photons.iter().filter(|q| q.cos_to(Vec3::Y) > 0.9 && q.position.distance(p) <= r).count()
+            };
+            let found = map.count(p, Vec3::Y, r);
+            assert!(
+                (within(r * 0.99999)..=within(r * 1.00001)).contains(&found),
+                "{found} near {p}, radius {r}"
+            );
+        }
+        assert_eq!(map.count(Vec3::splat(0.5), Vec3::Z, 1e-6), 5_000);
+    }
+
+    #[test]
+    fn queries_find_what_kiddo_finds() {
+        let photons = corner();
+        let points: Vec<[f32; 3]> = photons.iter().map(|photon| photon.position.to_array()).collect();
+        let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&points).expect("finite positions");
+        let map = PhotonMap::build(photons.clone());
+        let mut rng = Rng::new(3, Stream::Test, 0, 0);
+        let mut all = 0;
+        for _ in 0..300 {
+            let [x, y, z] = rng.f32x3();
+            let (place, normal) = if y < 0.5 { ([x, 0.0, z], Vec3::Y) } else { ([0.0, x, z], Vec3::X) };
+            let r = 0.001 + 0.2 * rng.f32();
+            let mut theirs: Vec<[u32; 3]> = Vec::new();
+            tree.query(&place).within::<SquaredEuclidean<f32>>(r * r).unsorted().visit(|near| {
+                let photon = &photons[near.item as usize];
+                let height = (photon.position - Vec3::from_array(place)).dot(normal).abs();
+                if photon.cos_to(normal) > SAME_SIDE_COSINE && height < PLANE_SHARE * r {
+                    theirs.push(photon.position.to_array().map(f32::to_bits));
+                }
+            });
+            let mut ours = Vec::new();
+            map.visit(Vec3::from_array(place), normal, r, |photon, _| {
+                ours.push(photon.position.to_array().map(f32::to_bits));
+            });
+            theirs.sort_unstable();
+            ours.sort_unstable();
+            assert!(ours == theirs, "{} instead of {} near {place:?}, radius {r}", ours.len(), theirs.len());
+            all += ours.len();
+        }
+        assert!(all > 300_000, "{all} photons met");
+    }
+
+    #[test]
+    fn photons_of_another_side_or_plane_do_not_count() {
+        let thin =
+            [photon(Vec3::ZERO, Vec3::Y), photon(Vec3::ZERO, -Vec3::Y), photon(Vec3::Y * 0.05, Vec3::Y)];
+        let map = PhotonMap::build(thin.to_vec());
+        assert_eq!(map.count(Vec3::ZERO, Vec3::Y, 0.1), 1);
+        assert_eq!(map.count(Vec3::ZERO, -Vec3::Y, 0.1), 1);
+        assert_eq!(map.count(Vec3::ZERO, Vec3::X, 0.1), 0);
+    }
+
+    #[test]
+    fn a_uniform_floor_has_uniform_flux() {
+        let photons: Vec<_> = corner().into_iter().filter(|photon| photon.cos_to(Vec3::Y) > 0.9).collect();
+        let map = PhotonMap::build(photons);
+        let r = 0.05_f32;
+        let n = 100;
+        let sums: Vec<f32> = (0..n)
+            .map(|i| {
+                map.flux(
+                    Vec3::new(0.1 + 0.8 * (i % 10) as f32 / 9.0, 0.0, 0.1 + 0.08 * (i / 10) as f32),
+                    Vec3::Y,
+                    r,
+                    u16::MAX,
+                )
+                .whole
+                .0
+                .x
+            })
+            .collect();
+        let mean = sums.iter().sum::<f32>() / n as f32;
+        let expected = 60_000.0 * std::f32::consts::PI * r * r;
+        assert!((mean / expected - 1.0).abs() < 0.01, "{mean} against {expected}");
+    }
+
+    #[test]
+    fn no_photons_no_light() {
+        let map = PhotonMap::<Invisible>::build(Vec::new());
+        assert!(map.is_empty() && map.flux(Vec3::ZERO, Vec3::Y, 1.0, 9) == Flux::default());
+    }
+
+    #[test]
+    #[should_panic(expected = "not finite")]
+    fn a_photon_that_is_nowhere_is_a_bug_and_is_said() {
+        // kiddo would build and lose other photons.
+        PhotonMap::build(vec![photon(Vec3::ZERO, Vec3::Y), photon(Vec3::new(f32::NAN, 0.0, 0.0), Vec3::Y)]);
+    }
+}

@@ -1,0 +1,112 @@
+//! What can reach the camera? The coefficient matrices read like a program, iterated to fixed points.
+//!
+//! Geometry is not looked at: light that leaves any surface may arrive at any other. Components of light (half and
+//! colour), not halves alone: a red mirror sends on nothing of a green lamp.
+
+use super::components::{Components, fixed_point};
+use crate::optics::{Bsdf, Term};
+use crate::scene::{Luminaire, Scene};
+use crate::shoot::PathClass;
+use glam::Vec3;
+
+/// What can come from where, and what of it is read.
+pub(super) struct Flow {
+    /// Components of light leaving surfaces that camera rays read.
+    pub seen: Components,
+    /// Components that finite lobes read in arriving light, where camera rays end.
+    pub gathered: Components,
+    /// Components of light leaving a luminaire that may be gathered without being reflected before.
+    pub linked: Components,
+    /// Components of light on the way that may still be gathered.
+    pub useful: Components,
+    /// Components in which light of each [`PathClass`] is on the way at all.
+    present: [Components; 3],
+}
+
+impl Flow {
+    /// What flows among `bsdfs`, from what the luminaires of `scene` emit.
+    pub fn of(scene: &Scene, invisible_layer: bool) -> Self {
+        let bsdfs = || scene.materials.iter().map(|material| &material.bsdf);
+        let terms = |delta: bool| {
+            bsdfs().flat_map(|bsdf| &bsdf.terms).filter(move |term| term.lobe.is_delta() == delta)
+        };
+        let all = || bsdfs().flat_map(|bsdf| &bsdf.terms);
+        let before_straights = |set: Components| union(bsdfs().map(|b| set.before(b.straight, Vec3::ONE)));
+        let after_straights = |set: Components| union(bsdfs().map(|b| set.after(b.straight, Vec3::ONE)));
+
+        let picture = Components::VISIBLE;
+        let start = if invisible_layer { picture.or(Components::INVISIBLE) } else { picture };
+        let seen = fixed_point(start, |seen| {
+            union(terms(true).map(|term| before(seen, term))).or(before_straights(seen))
+        });
+        let gathered = union(terms(false).map(|term| before(seen, term)));
+        let linked = fixed_point(gathered, before_straights);
+        let useful = fixed_point(gathered, |useful| {
+            union(all().map(|term| before(useful, term))).or(before_straights(useful))
+        });
+
+        let emitted = union(scene.luminaires.iter().map(emission));
+        let direct = fixed_point(emitted, after_straights);
+        let mirrored = |set: Components| union(terms(true).map(|term| after(set, term)));
+        let caustic = fixed_point(mirrored(direct), |set| mirrored(set).or(after_straights(set)));
+        let scattered = |set: Components| union(terms(false).map(|term| after(set, term)));
+        let indirect = fixed_point(scattered(direct.or(caustic)), |set| {
+            scattered(set).or(mirrored(set)).or(after_straights(set))
+        });
+        Self { seen, gathered, linked, useful, present: [direct, caustic, indirect] }
+    }
+
+    /// Components in which light of one class is on the way.
+    pub fn present(&self, class: PathClass) -> Components {
+        self.present[class as usize]
+    }
+
+    /// Components in which any light is on the way.
+    pub fn present_at_all(&self) -> Components {
+        union(self.present.into_iter())
+    }
+
+    /// True when light of `class` arrives somewhere in components that are gathered.
+    pub fn arrives(&self, class: PathClass) -> bool {
+        self.present(class).and(self.gathered).any()
+    }
+
+    /// True when a camera ray reads light of some class by this finite term.
+    pub fn reads(&self, term: &Term) -> bool {
+        before(self.seen, term).and(self.present_at_all()).any()
+    }
+
+    /// True when anything of use comes of this term, on the way from the luminaires or on that from the camera.
+    pub fn uses(&self, term: &Term) -> bool {
+        before(self.seen, term).any() || after(self.present_at_all(), term).and(self.useful).any()
+    }
+}
+
+/// What a luminaire emits. Not by its power, which may underflow.
+pub(super) fn emission(luminaire: &Luminaire) -> Components {
+    Components::of(match *luminaire {
+        Luminaire::Triangle { emission, .. } => emission.radiance,
+        Luminaire::Point { intensity, .. }
+        | Luminaire::Spot { intensity, .. }
+        | Luminaire::Warn { intensity, .. } => intensity,
+        Luminaire::Directional { irradiance, .. } => irradiance,
+    })
+}
+
+/// True when surfaces of `bsdf` let the halves in `set` through unchanged, and adds nothing to them.
+pub(super) fn passes(bsdf: &Bsdf, set: Components) -> bool {
+    let [[ii, iv], [vi, vv]] = bsdf.straight.rows();
+    (!set.invisible() || (ii == 1.0 && iv == 0.0)) && (!set.visible() || (vv == 1.0 && vi == 0.0))
+}
+
+fn before(set: Components, term: &Term) -> Components {
+    set.before(term.coefficient, term.lobe.albedo())
+}
+
+fn after(set: Components, term: &Term) -> Components {
+    set.after(term.coefficient, term.lobe.albedo())
+}
+
+fn union(sets: impl Iterator<Item = Components>) -> Components {
+    sets.fold(Components::NONE, Components::or)
+}

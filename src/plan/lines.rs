@@ -1,0 +1,142 @@
+//! How far lines must be looked along: through surfaces, or to the first; for shadows, or not at all.
+
+use super::flow::{Flow, passes};
+use super::omission::{Omission, Omittable};
+use super::shrink::only;
+use super::{Plan, Settings};
+use crate::light::{Matrix, Row};
+use crate::rays::{Hit, Ray, Rays};
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// Whether the visibility of direct light must be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visibility {
+    /// Every surface lets through all that is read: nothing to ask.
+    Everywhere,
+    /// The product of the straight matrices along the connection.
+    Transmittance,
+}
+
+/// Which halves go straight through some surface, as far as a row can read them behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Through {
+    pub invisible: bool,
+    pub visible: bool,
+}
+
+/// Surfaces that cast no shadow are left out of shadow queries where they are at least this share of all triangles:
+/// below, a second index of the others costs more than it saves.
+const WORTH_AN_INDEX: f64 = 0.25;
+
+impl Through {
+    /// Everything is looked through, needed or not.
+    pub const ALL: Self = Self { invisible: true, visible: true };
+
+    fn of(scene: &Scene) -> Self {
+        let straights = || scene.materials.iter().map(|material| material.bsdf.straight.rows());
+        Self {
+            invisible: straights().any(|rows| rows[0] != [0.0; 2]),
+            visible: straights().any(|rows| rows[1] != [0.0; 2]),
+        }
+    }
+}
+
+/// What camera lines go through, and the index for queries of all lines.
+pub(super) fn first_hits(
+    scene: &Scene,
+    rays: Rays,
+    flow: &Flow,
+    settings: &Settings,
+    omissions: &mut Vec<Omission>,
+) -> (Rays, Through) {
+    if settings.keeps(Omittable::AllHits) {
+        return (rays.without_shortcuts(), Through::ALL);
+    }
+    let through = Through::of(scene);
+    let reads = |through: Through| {
+        (flow.seen.invisible() && through.invisible) || (flow.seen.visible() && through.visible)
+    };
+    let reason = match through {
+        Through { invisible: false, visible: false } => {
+            "no surface lets any light straight through: a line ends at its first surface"
+        }
+        _ if !reads(through) => {
+            "no surface lets straight through what camera rays read: they end at their first surface"
+        }
+        Through { visible: false, .. } => {
+            "no surface lets straight through the visible half: camera rays end at their first surface as long as \
+             they read that half alone"
+        }
+        _ => return (rays, through),
+    };
+    omissions.push(Omittable::AllHits.because(reason));
+    (rays, through)
+}
+
+/// How connections see, and the index they look through where it is not that of all triangles.
+pub(super) fn visibility(
+    scene: &Scene,
+    flow: &Flow,
+    settings: &Settings,
+    omissions: &mut Vec<Omission>,
+) -> (Visibility, Option<Rays>) {
+    // What lies farther from the camera hit may be read in other halves than what is gathered there.
+    let casts: Vec<bool> =
+        scene.materials.iter().map(|material| !passes(&material.bsdf, flow.linked)).collect();
+    if !settings.keeps(Omittable::Visibility) && !casts.contains(&true) {
+        omissions.push(Omittable::Visibility.because(
+            "every surface lets straight through all of the light that is read behind it, so no surface can shadow \
+             another",
+        ));
+        return (Visibility::Everywhere, None);
+    }
+    if settings.keeps(Omittable::Casters) {
+        return (Visibility::Transmittance, None);
+    }
+    let triangles = scene.mesh.triangles.len();
+    let caster = |triangle: u32| {
+        casts[scene.surfaces[scene.mesh.surface[triangle as usize] as usize].material as usize]
+    };
+    let casters = (0..triangles as u32).filter(|triangle| caster(*triangle)).count();
+    if (triangles - casters) as f64 <= WORTH_AN_INDEX * triangles as f64 {
+        return (Visibility::Transmittance, None);
+    }
+    omissions.push(Omittable::Casters.because(format!(
+        "{} of {triangles} triangles let straight through all that is read behind them: connections look through the \
+         others alone",
+        triangles - casters
+    )));
+    let rays = Rays::build(&only(scene, caster));
+    let rays = if settings.keeps(Omittable::AllHits) { rays.without_shortcuts() } else { rays };
+    (Visibility::Transmittance, Some(rays))
+}
+
+impl Plan {
+    /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
+    pub fn visibility_along(&self, segment: &Ray) -> Matrix {
+        match self.visibility {
+            Visibility::Everywhere => Matrix::IDENTITY,
+            Visibility::Transmittance => self.casters.as_ref().unwrap_or(&self.rays).transmittance(segment),
+        }
+    }
+
+    /// What the indices of triangles and rims take in memory.
+    pub fn index_bytes(&self) -> usize {
+        self.rays.bytes() + self.casters.as_ref().map_or(0, Rays::bytes) + self.rims.bytes()
+    }
+
+    /// The surfaces on a line from the camera, in order, as far as any of `rows` can read: the first alone, where
+    /// nothing lets through what they read.
+    pub fn look_along(&self, ray: &Ray, rows: &[Row], hits: &mut Vec<Hit>) {
+        let Through { invisible, visible } = self.through;
+        let goes_through = (invisible && rows.iter().any(|row| row.invisible != Vec3::ZERO))
+            || (visible && rows.iter().any(|row| row.visible != Vec3::ZERO));
+        if goes_through {
+            self.rays.crossings(ray, hits);
+        } else {
+            hits.clear();
+            hits.extend(self.rays.closest(ray));
+        }
+    }
+}

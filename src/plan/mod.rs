@@ -1,0 +1,135 @@
+//! Scene + Settings → a smaller scene, what to do in a pass, and what was left out and why that is exact.
+//!
+//! Everything that can be decided once is decided here; kernels below have no mode flags, only smaller data.
+
+mod components;
+mod describe;
+mod flow;
+mod lines;
+mod omission;
+mod photons;
+mod settings;
+mod shrink;
+#[cfg(test)]
+mod tests;
+
+pub use describe::Technique;
+pub use lines::Visibility;
+pub use omission::{Omission, Omittable};
+pub use photons::{PhotonClasses, PhotonPlan};
+pub use settings::{Direct, Method, Settings};
+
+use crate::measure::Existence;
+use crate::rays::Rays;
+use crate::rims::Rims;
+use crate::scene::Scene;
+use flow::Flow;
+use lines::Through;
+
+/// What will be done, and what not.
+pub struct Plan {
+    /// The scene that is rendered: what was given, less what nothing uses.
+    pub scene: Scene,
+    /// Its triangles, indexed.
+    pub rays: Rays,
+    /// Where the surfaces end that take photons.
+    pub rims: Rims,
+    /// What was asked for.
+    pub settings: Settings,
+    /// None: no photons and no map.
+    pub photons: Option<PhotonPlan>,
+    /// How connections see.
+    pub visibility: Visibility,
+    /// Whether there is an image.
+    pub existence: Existence,
+    /// What was left out.
+    pub omissions: Vec<Omission>,
+    /// Why direct light is served by whom `settings` says: never [`Direct::Auto`] any more.
+    pub direct_because: String,
+    /// [`Scene::hash`] of the scene that was given.
+    pub scene_hash: u64,
+    /// The triangles that cast shadows, where they are not all.
+    casters: Option<Rays>,
+    through: Through,
+}
+
+impl Plan {
+    /// Looks at the scene once and decides.
+    ///
+    /// Where [`Direct::Auto`] is asked for it takes connections; a pilot may change that.
+    pub fn new(mut scene: Scene, mut settings: Settings) -> Self {
+        let scene_hash = scene.hash();
+        let direct_because = match settings.direct {
+            Direct::Auto => "few luminaires",
+            Direct::Connection | Direct::Photons => "asked for",
+        };
+        if settings.direct == Direct::Auto {
+            settings.direct = Direct::Connection;
+        }
+        let mut omissions = Vec::new();
+        if settings.method == Method::Photon {
+            shrink::drop_unused(&mut scene, &settings, &mut omissions);
+        }
+        let rays = shrink::media(Rays::build(&scene), &scene, &settings, &mut omissions);
+        let always = settings.keeps(Omittable::Existence);
+        let existence = Existence::of(&scene, &rays, settings.seed, always);
+        if let Existence::Certain { reason, .. } = &existence
+            && !always
+        {
+            omissions.push(Omittable::Existence.because(reason.clone()));
+        }
+        if settings.method != Method::Photon {
+            // The opponent is left alone.
+            return Self {
+                scene,
+                rays,
+                rims: Rims::none(),
+                settings,
+                photons: None,
+                visibility: Visibility::Transmittance,
+                existence,
+                omissions,
+                direct_because: direct_because.into(),
+                scene_hash,
+                casters: None,
+                through: Through::ALL,
+            };
+        }
+        let flow = Flow::of(&scene, settings.invisible);
+        let needs_photons = !PhotonClasses::of(&flow, &settings).is_empty();
+        shrink::drop_unread(&mut scene, &flow, needs_photons, &settings, &mut omissions);
+        let (rays, through) = lines::first_hits(&scene, rays, &flow, &settings, &mut omissions);
+        let (visibility, casters) = lines::visibility(&scene, &flow, &settings, &mut omissions);
+        let photons = photons::photon_plan(&scene, &flow, &settings, &mut omissions)
+            .map(|photons| PhotonPlan { growth: existence.growth(), ..photons });
+        let endless = existence.is_refuted() && settings.max_reflections.is_none();
+        let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let mut plan = Self {
+            scene,
+            rays,
+            rims,
+            settings,
+            photons: None,
+            visibility,
+            existence,
+            omissions,
+            direct_because: direct_because.into(),
+            scene_hash,
+            casters,
+            through,
+        };
+        // Where there is no image a pilot would not end.
+        plan.photons = photons.map(|photons| if endless { photons } else { plan.with_pilot(photons) });
+        plan
+    }
+
+    /// The material of a triangle, as an index.
+    pub fn material_index(&self, triangle: u32) -> usize {
+        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material as usize
+    }
+
+    /// True where vertex normals are interpolated.
+    pub fn is_smooth(&self, triangle: u32) -> bool {
+        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].smooth
+    }
+}

@@ -1,0 +1,107 @@
+//! What the user asked for, resolved.
+
+use super::omission::Omittable;
+
+/// What the user asked for, resolved.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Film width in pixels.
+    pub width: u32,
+    /// Film height in pixels.
+    pub height: u32,
+    /// Photon paths emitted per pass; None: the plan chooses.
+    pub paths: Option<u32>,
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// Who transports light.
+    pub method: Method,
+    /// Camera samples per pixel and pass of the path tracers, stratified against each other; photons take one.
+    pub samples: u32,
+    /// Who serves direct light when photons transport the rest.
+    pub direct: Direct,
+    /// Also render the invisible half of every pixel.
+    pub invisible: bool,
+    /// Truncates the series: no light that was reflected more often than this, the reflection towards the camera and
+    /// delta lobes included. None: the whole series.
+    pub max_reflections: Option<u32>,
+    /// First gather radius of caustics in pixel footprints.
+    pub caustic_radius: f32,
+    /// First gather radius of inter-reflection (and of `--direct photons`) in pixel footprints.
+    pub indirect_radius: f32,
+    /// Leave nothing out.
+    pub keep_everything: bool,
+    /// What is not to be left out, needed or not.
+    pub keep: Vec<Omittable>,
+    /// Also make the [atlas](crate::atlas): every picture of the illumination square.
+    pub atlas: bool,
+}
+
+impl Settings {
+    /// True when `what` stays, needed or not.
+    pub fn keeps(&self, what: Omittable) -> bool {
+        self.keep_everything || self.keep.contains(&what)
+    }
+}
+
+/// Who transports light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Photons, photon maps and a final gather.
+    Photon,
+    /// The gathering path tracer with next-event estimation.
+    Path,
+    /// The gathering path tracer that finds luminaires by chance, as the paper's.
+    PathPlain,
+}
+
+impl Method {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photon => "photon",
+            Self::Path => "path",
+            Self::PathPlain => "path-plain",
+        }
+    }
+}
+
+/// Who serves light that comes straight from a luminaire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direct {
+    /// Connections, unless [`pilot::choose_direct`](crate::pilot::choose_direct) finds photons better at equal work.
+    Auto,
+    /// Connections from camera hits to points on luminaires.
+    Connection,
+    /// Photons, like all other light: the paper's plan at its purest.
+    Photons,
+}
+
+impl Settings {
+    /// The defaults for a film of so many pixels. Inter-reflection is as smooth in a large picture as in a small one: above 224
+    /// rows its first radius is that share of the picture at which noise and bias balance.
+    pub fn for_film(width: u32, height: u32) -> Self {
+        let default = Self { width, height, ..Self::default() };
+        Self { indirect_radius: default.indirect_radius.max(height as f32 / 32.0), ..default }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            width: 512,
+            height: 512,
+            paths: None,
+            seed: 0,
+            method: Method::Photon,
+            samples: 4,
+            direct: Direct::Connection,
+            invisible: false,
+            max_reflections: None,
+            caustic_radius: 3.5,
+            indirect_radius: 7.0,
+            keep_everything: false,
+            keep: Vec::new(),
+            atlas: false,
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! A smaller scene: what nothing uses is not in it.
+
+use super::Settings;
+use super::components::Components;
+use super::flow::{Flow, emission};
+use super::omission::{Omission, Omittable};
+use crate::optics::{Lobe, Term};
+use crate::rays::Rays;
+use crate::scene::{Luminaire, Material, Scene};
+
+/// Takes out what does nothing whatever the light: matter that is not there, materials without triangles, normals.
+pub(super) fn drop_unused(scene: &mut Scene, settings: &Settings, omissions: &mut Vec<Omission>) {
+    if !settings.keeps(Omittable::Matter) {
+        omissions.extend(drop_matter(scene));
+    }
+    if !settings.keeps(Omittable::Materials) {
+        omissions.extend(drop_materials(scene));
+    }
+    let smooth = scene.surfaces.iter().any(|surface| surface.smooth);
+    if !settings.keeps(Omittable::Normals) && !smooth && !scene.mesh.normals.is_empty() {
+        scene.mesh.normals = Vec::new();
+        omissions
+            .push(Omittable::Normals.because("every surface is flat: vertex normals are never interpolated"));
+    }
+}
+
+/// Solids of glass that air surrounds need not ask what does.
+pub(super) fn media(rays: Rays, scene: &Scene, settings: &Settings, omissions: &mut Vec<Omission>) -> Rays {
+    if settings.keeps(Omittable::Media) {
+        return rays.keeping_media(scene);
+    }
+    let glass = |term: &Term| matches!(term.lobe, Lobe::Dielectric(_));
+    if !rays.has_media() && scene.materials.iter().flat_map(|material| &material.bsdf.terms).any(glass) {
+        omissions.push(
+            Omittable::Media.because(
+                "no two solids of glass lie in, on or across one another, so that air surrounds each",
+            ),
+        );
+    }
+    rays
+}
+
+/// Surfaces that neither shine nor reflect and let everything straight through.
+fn drop_matter(scene: &mut Scene) -> Option<Omission> {
+    let nothing: Vec<bool> = scene.materials.iter().map(Material::is_nothing).collect();
+    let drops = |scene: &Scene, triangle: u32| nothing[material_index(scene, triangle)];
+    if !(0..scene.mesh.triangles.len() as u32).any(|triangle| drops(scene, triangle)) {
+        return None;
+    }
+    let names: Vec<_> = named(scene, |index| nothing[index]);
+    let before = scene.mesh.triangles.len();
+    *scene = only(scene, |triangle| !drops(scene, triangle));
+    let dropped = before - scene.mesh.triangles.len();
+    Some(Omittable::Matter.because(format!(
+        "{} neither shines nor reflects and lets all light straight through: {dropped} triangles of {before} change \
+         nothing",
+        names.join(", ")
+    )))
+}
+
+fn drop_materials(scene: &mut Scene) -> Option<Omission> {
+    let mut used = vec![false; scene.materials.len()];
+    let mut occupied = vec![false; scene.surfaces.len()];
+    scene.mesh.surface.iter().for_each(|surface| occupied[*surface as usize] = true);
+    for (surface, _) in scene.surfaces.iter().zip(&occupied).filter(|(_, occupied)| **occupied) {
+        used[surface.material as usize] = true;
+    }
+    if used.iter().chain(&occupied).all(|used| *used) {
+        return None;
+    }
+    let names = named(scene, |index| !used[index]);
+    let (new_surface, new_material) = (renumbered(&occupied), renumbered(&used));
+    retain(&mut scene.surfaces, &occupied);
+    retain(&mut scene.materials, &used);
+    scene.mesh.surface.iter_mut().for_each(|surface| *surface = new_surface[*surface as usize]);
+    scene.surfaces.iter_mut().for_each(|surface| surface.material = new_material[surface.material as usize]);
+    (!names.is_empty())
+        .then(|| Omittable::Materials.because(format!("no triangle is made of {}", names.join(", "))))
+}
+
+/// Takes out lobes and light that nothing reads.
+pub(super) fn drop_unread(
+    scene: &mut Scene,
+    flow: &Flow,
+    photons: bool,
+    settings: &Settings,
+    omissions: &mut Vec<Omission>,
+) {
+    if !settings.keeps(Omittable::Lobes) {
+        let mut dark = Vec::new();
+        for material in &mut scene.materials {
+            let before = material.bsdf.terms.len();
+            material.bsdf.terms.retain(|term| flow.uses(term));
+            if material.bsdf.terms.len() < before {
+                dark.push(material.name.as_str());
+            }
+        }
+        if !dark.is_empty() {
+            omissions
+                .push(Omittable::Lobes.because(format!("nothing that {} reflects is read", dark.join(", "))));
+        }
+    }
+    if !settings.keeps(Omittable::Luminaires) {
+        omissions.extend(drop_light(scene, if photons { flow.useful } else { flow.linked }));
+    }
+}
+
+/// What luminaires emit in components other than `read` lights nothing that is seen; the luminaire itself is seen as
+/// before, since that is a matter of its surface.
+fn drop_light(scene: &mut Scene, read: Components) -> Option<Omission> {
+    let (mut dark, mut dimmed) = (0, 0);
+    for luminaire in &mut scene.luminaires {
+        let emitted = emission(luminaire);
+        match emitted.and(read) {
+            Components::NONE => dark += 1,
+            kept if kept != emitted => dimmed += 1,
+            _ => {}
+        }
+        let light = match luminaire {
+            Luminaire::Triangle { emission, .. } => &mut emission.radiance,
+            Luminaire::Point { intensity, .. }
+            | Luminaire::Spot { intensity, .. }
+            | Luminaire::Warn { intensity, .. } => intensity,
+            Luminaire::Directional { irradiance, .. } => irradiance,
+        };
+        *light = read.of_light(*light);
+    }
+    scene.luminaires.retain(|luminaire| emission(luminaire).any());
+    let words =
+        [(dark, "light nothing that is read"), (dimmed, "shine in components of which some are never read")];
+    let words: Vec<String> = words
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} of the luminaires {what}"))
+        .collect();
+    (!words.is_empty()).then(|| Omittable::Luminaires.because(words.join("; ")))
+}
+
+/// The scene with those triangles alone for which `keep` is true, in the same order, and the vertices they have.
+/// Luminaires follow their triangles.
+pub(super) fn only(scene: &Scene, keep: impl Fn(u32) -> bool) -> Scene {
+    let kept: Vec<bool> = (0..scene.mesh.triangles.len() as u32).map(keep).collect();
+    let mut has_triangle = vec![false; scene.mesh.positions.len()];
+    for (corners, _) in scene.mesh.triangles.iter().zip(&kept).filter(|(_, kept)| **kept) {
+        corners.iter().for_each(|vertex| has_triangle[*vertex as usize] = true);
+    }
+    let (new_triangle, new_vertex) = (renumbered(&kept), renumbered(&has_triangle));
+    let mut small = scene.clone();
+    retain(&mut small.mesh.triangles, &kept);
+    retain(&mut small.mesh.surface, &kept);
+    retain(&mut small.mesh.positions, &has_triangle);
+    if !small.mesh.normals.is_empty() {
+        retain(&mut small.mesh.normals, &has_triangle);
+    }
+    small.mesh.triangles.iter_mut().flatten().for_each(|vertex| *vertex = new_vertex[*vertex as usize]);
+    small.luminaires.retain(|luminaire| match luminaire {
+        Luminaire::Triangle { triangle, .. } => kept[*triangle as usize],
+        _ => true,
+    });
+    for luminaire in &mut small.luminaires {
+        if let Luminaire::Triangle { triangle, .. } = luminaire {
+            *triangle = new_triangle[*triangle as usize];
+        }
+    }
+    small
+}
+
+fn material_index(scene: &Scene, triangle: u32) -> usize {
+    scene.surfaces[scene.mesh.surface[triangle as usize] as usize].material as usize
+}
+
+fn named(scene: &Scene, chosen: impl Fn(usize) -> bool) -> Vec<String> {
+    let materials = scene.materials.iter().enumerate();
+    materials.filter(|(index, _)| chosen(*index)).map(|(_, material)| material.name.clone()).collect()
+}
+
+/// For each thing its index among those that are kept.
+fn renumbered(kept: &[bool]) -> Vec<u32> {
+    let mut next = 0;
+    kept.iter()
+        .map(|kept| {
+            let index = next;
+            next += u32::from(*kept);
+            index
+        })
+        .collect()
+}
+
+fn retain<T>(things: &mut Vec<T>, kept: &[bool]) {
+    let mut index = 0;
+    things.retain(|_| {
+        index += 1;
+        kept[index - 1]
+    });
+}

@@ -1,0 +1,250 @@
+//! What lies on the two sides of a face of glass, where solids of glass lie in, on or across one another.
+//!
+//! Which medium fills a place depends on the place alone, not on the way that light came there, so that paths may be
+//! walked in both directions: of all solids that contain the place, the smallest; of none, air. What lies within a
+//! solid displaces it. (Schmidt, Budge 2002, "Simple nested dielectrics in ray traced images", let users order solids
+//! by priorities; here size does.) A closed surface whose front looks in is a bubble of air.
+//!
+//! Light carries no list of solids: a face asks which ones contain the places just off its two sides, by counting
+//! the faces from there to infinity. Faces that coincide lie between the same two places, so that whichever is met first
+//! acts as the one interface between the two inner media, and light starts behind both.
+
+use super::touching::{Bounds, touching};
+use super::{Hit, Ray, Rays, Tree};
+use crate::light::Matrix;
+use crate::optics::{Dielectric, Lobe};
+use crate::scene::{Mesh, Scene, SurfacePoint};
+use fearless_simd::Level;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+/// Solids of glass that have others about them.
+pub(super) struct Media {
+    solids: Vec<Solid>,
+    /// Their triangles alone, all of which let lines through.
+    rays: Rays,
+    /// The solid of each of those.
+    solid: Vec<u32>,
+    /// By triangle of the scene.
+    faces: Vec<Face>,
+}
+
+/// A closed surface, or all open surfaces of one material.
+#[derive(Clone, Debug)]
+struct Solid {
+    /// Of its material against air.
+    glass: Dielectric,
+    material: u32,
+    /// Volume, m³; of open surfaces that of their bounding box, infinity where that is flat.
+    size: f64,
+    /// Its front looks in.
+    bubble: bool,
+    bounds: Bounds,
+}
+
+/// What is known about a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Face {
+    /// It belongs to no solid, or to one that has no others about it.
+    Alone,
+    /// No other solid touches it: the same on all of it.
+    Known(Dielectric),
+    /// A face of this solid that others touch.
+    Ask(u32),
+}
+
+thread_local! {
+    static HITS: RefCell<Vec<Hit>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Media {
+    /// None where no two solids of glass overlap or touch: each is surrounded by air.
+    pub fn of(scene: &Scene, level: Level) -> Option<Self> {
+        let (solids, of_surface) = Solid::all(scene);
+        let crowded = crowded(&solids);
+        crowded.contains(&true).then(|| Self::among(scene, level, solids, &of_surface, &crowded))
+    }
+
+    /// The same without leaving out solids that air surrounds.
+    pub fn of_all(scene: &Scene, level: Level) -> Self {
+        let (solids, of_surface) = Solid::all(scene);
+        let all = vec![true; solids.len()];
+        Self::among(scene, level, solids, &of_surface, &all)
+    }
+
+    fn among(
+        scene: &Scene,
+        level: Level,
+        solids: Vec<Solid>,
+        of_surface: &[Option<u32>],
+        crowded: &[bool],
+    ) -> Self {
+        let of_triangle = |triangle: u32| {
+            let solid = of_surface[scene.mesh.surface[triangle as usize] as usize]?;
+            crowded[solid as usize].then_some(solid)
+        };
+        let all = 0..scene.mesh.triangles.len() as u32;
+        let (triangles, solid): (Vec<u32>, Vec<u32>) =
+            all.filter_map(|triangle| Some((triangle, of_triangle(triangle)?))).unzip();
+        let mesh = Mesh {
+            positions: scene.mesh.positions.clone(),
+            triangles: triangles.iter().map(|&triangle| scene.mesh.triangles[triangle as usize]).collect(),
+            ..Mesh::default()
+        };
+        let rays = Rays {
+            tree: Tree::build(&mesh, |_| 1),
+            straight: vec![Matrix::ZERO, Matrix::IDENTITY],
+            through: super::Through::Everything,
+            level,
+            media: None,
+        };
+        let bounds: Vec<Bounds> = triangles.iter().map(|&t| Bounds::of(scene.mesh.corners(t))).collect();
+        let touching = touching(&bounds, &solid);
+        let mut media = Self { solids, rays, solid, faces: vec![Face::Alone; scene.mesh.triangles.len()] };
+        let faces: Vec<Face> = (0..triangles.len())
+            .into_par_iter()
+            .map(|i| {
+                let own = media.solid[i];
+                let middle = || scene.mesh.point(triangles[i], 1.0 / 3.0, 1.0 / 3.0, false);
+                if touching[i] { Face::Ask(own) } else { Face::Known(media.between(own, &middle())) }
+            })
+            .collect();
+        for (triangle, face) in triangles.into_iter().zip(faces) {
+            media.faces[triangle as usize] = face;
+        }
+        media
+    }
+
+    /// `glass`, a face's own against air, as the interface that it is at `point`.
+    pub fn interface(&self, glass: Dielectric, point: &SurfacePoint) -> Dielectric {
+        match self.faces[point.triangle as usize] {
+            Face::Alone => glass,
+            Face::Known(interface) => interface,
+            Face::Ask(solid) => self.between(solid, point),
+        }
+    }
+
+    /// The interface at a face of the solid `own`. A hidden face, the same medium on both sides, is no interface.
+    fn between(&self, own: u32, point: &SurfacePoint) -> Dielectric {
+        let normal = point.normals.geometric;
+        let solid = &self.solids[own as usize];
+        // Which side of its own face a solid is on is not a matter of counting.
+        let sides = [(normal, solid.bubble), (-normal, !solid.bubble)];
+        let [front, back] = sides.map(|(out, own_there)| {
+            let mut there = self.containing(point.origin_towards(out), out);
+            there.retain(|&known| known != own);
+            there.extend(own_there.then_some(own));
+            there
+        });
+        let (outer, inner) = (self.displacing(&front), self.displacing(&back));
+        let same_glass = |a: u32, b: u32| {
+            let (a, b) = (&self.solids[a as usize], &self.solids[b as usize]);
+            if a.bubble || b.bubble { a.bubble == b.bubble } else { a.material == b.material }
+        };
+        if outer == inner || outer.zip(inner).is_some_and(|(a, b)| same_glass(a, b)) {
+            return Dielectric { ior: 1.0, tint: Vec3::ONE };
+        }
+        let index = |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index());
+        // A bubble in nothing: its own glass is around it.
+        let around = if solid.bubble && inner.is_none() { solid.glass.ior } else { index(inner) };
+        // Light is filtered by the faces that are here, of those two media.
+        let here = |medium: &u32| front.contains(medium) != back.contains(medium);
+        let tint = outer.iter().chain(&inner).filter(|medium| here(medium));
+        let tint = tint.map(|medium| self.solids[*medium as usize].glass.tint).product();
+        Dielectric { ior: around / index(outer), tint }
+    }
+
+    /// The solids that contain a place: those of whose faces a line to infinity meets more backs than fronts.
+    fn containing(&self, place: Vec3, direction: Vec3) -> Vec<u32> {
+        HITS.with_borrow_mut(|hits| {
+            self.rays.crossings(&Ray { origin: place, direction, t_max: f32::INFINITY }, hits);
+            let mut counts: Vec<(u32, i32)> = Vec::new();
+            for hit in hits {
+                let solid = self.solid[hit.triangle as usize];
+                let step = if hit.back { 1 } else { -1 };
+                match counts.iter_mut().find(|(known, _)| *known == solid) {
+                    Some((_, count)) => *count += step,
+                    None => counts.push((solid, step)),
+                }
+            }
+            let within = |(solid, count): &(u32, i32)| {
+                if self.solids[*solid as usize].bubble { *count < 0 } else { *count > 0 }
+            };
+            counts.iter().filter(|entry| within(entry)).map(|(solid, _)| *solid).collect()
+        })
+    }
+
+    /// Of the solids at a place the one whose matter is there.
+    fn displacing(&self, there: &[u32]) -> Option<u32> {
+        let size = |solid: &u32| self.solids[*solid as usize].size;
+        there.iter().copied().min_by(|a, b| size(a).total_cmp(&size(b)).then(a.cmp(b)))
+    }
+}
+
+impl Solid {
+    /// All of them, and which one each surface belongs to.
+    fn all(scene: &Scene) -> (Vec<Self>, Vec<Option<u32>>) {
+        let mut solids: Vec<Self> = Vec::new();
+        let mut open: HashMap<u32, u32> = HashMap::new();
+        let of_surface: Vec<Option<u32>> = scene
+            .surfaces
+            .iter()
+            .map(|surface| {
+                let terms = &scene.materials[surface.material as usize].bsdf.terms;
+                let glass = terms.iter().find_map(|term| match term.lobe {
+                    Lobe::Dielectric(glass) => Some(glass),
+                    _ => None,
+                })?;
+                let mut add = || {
+                    let material = surface.material;
+                    solids.push(Self { glass, material, size: 0.0, bubble: false, bounds: Bounds::EMPTY });
+                    solids.len() as u32 - 1
+                };
+                Some(if surface.closed { add() } else { *open.entry(surface.material).or_insert_with(add) })
+            })
+            .collect();
+        // Volumes relative to a place on the solid itself, so that one far from zero loses nothing.
+        let mut measured: Vec<Option<(Vec3, f64)>> = vec![None; solids.len()];
+        for (triangle, &surface) in (0..).zip(&scene.mesh.surface) {
+            let Some(index) = of_surface[surface as usize] else { continue };
+            let corners = scene.mesh.corners(triangle);
+            solids[index as usize].bounds.add(Bounds::of(corners));
+            let (place, volume) = measured[index as usize].get_or_insert((corners[0], 0.0));
+            let [a, b, c] = corners.map(|corner| (corner - *place).as_dvec3());
+            *volume += a.dot(b.cross(c)) / 6.0;
+        }
+        let open: Vec<u32> = open.into_values().collect();
+        for (index, (solid, measured)) in (0..).zip(solids.iter_mut().zip(measured)) {
+            let volume = measured.map_or(0.0, |(_, volume)| volume);
+            if open.contains(&index) {
+                let volume = solid.bounds.volume();
+                solid.size = if volume > 0.0 { volume } else { f64::INFINITY };
+            } else {
+                (solid.size, solid.bubble) = (volume.abs(), volume < 0.0);
+            }
+        }
+        (solids, of_surface)
+    }
+
+    /// The refractive index within.
+    fn index(&self) -> f32 {
+        if self.bubble { 1.0 } else { self.glass.ior }
+    }
+}
+
+/// Which solids have others about them: their boxes meet.
+fn crowded(solids: &[Solid]) -> Vec<bool> {
+    let mut order: Vec<usize> = (0..solids.len()).collect();
+    order.sort_by(|a, b| solids[*a].bounds.min.x.total_cmp(&solids[*b].bounds.min.x));
+    let mut crowded = vec![false; solids.len()];
+    for (i, &a) in order.iter().enumerate() {
+        let reached =
+            order[i + 1..].iter().take_while(|&&b| solids[b].bounds.min.x <= solids[a].bounds.max.x);
+        for &b in reached.filter(|&&b| solids[a].bounds.meets(&solids[b].bounds)) {
+            (crowded[a], crowded[b]) = (true, true);
+        }
+    }
+    crowded
+}

@@ -1,0 +1,177 @@
+//! Where on the luminaires do caustics begin? Learned from a few paths, then more paths start there, each with less power.
+//!
+//! The five numbers that start a path fill a unit cube; a grid over three of them (which luminaire, and the two that decide
+//! whether glass is in the way) holds a density. It is bounded from below, so that nothing is missed: a guide that is
+//! wrong costs noise, not truth. The map from even to guided numbers goes axis by axis, which keeps them stratified.
+
+use super::emission::{EMISSION_DIMENSIONS, Emitted, Emitters};
+use super::{PathClass, Walk};
+use crate::light::{Light, Power};
+use crate::plan::{PhotonPlan, Plan};
+use crate::sampling::{Rng, Sobol, Stream, hash};
+use crate::scene::Luminaire;
+use rayon::prelude::*;
+
+/// Cells along the choice of the luminaire.
+const SLABS: usize = 4;
+/// Cells along each of the two numbers that aim.
+const SIDE: usize = 32;
+/// Paths to learn from: four a cell.
+const LESSONS: u32 = (4 * SLABS * SIDE * SIDE) as u32;
+/// Reflections that a lesson follows: caustics begin with few, and in bright rooms paths may be thousands long.
+const LESSON_REFLECTIONS: u32 = 8;
+/// The share of paths that is guided; the rest starts as it would without.
+const GUIDED: f32 = 0.2;
+
+/// A density of starts, constant in each cell, with mean one.
+#[derive(Clone, Debug)]
+pub struct Guide {
+    /// Cumulative probability of slabs.
+    slabs: [f32; SLABS],
+    /// Cumulative probability of the rows of each slab.
+    rows: [[f32; SIDE]; SLABS],
+    /// Cumulative probability of the cells of each row.
+    cells: Vec<[[f32; SIDE]; SIDE]>,
+}
+
+impl Guide {
+    /// Learns which starts end in caustics that are deposited. None: no path does, and there is nothing to guide.
+    pub fn learn(plan: &Plan, photon_plan: &PhotonPlan) -> Option<Self> {
+        if !photon_plan.classes.caustic {
+            return None;
+        }
+        let most = photon_plan.max_reflections.min(LESSON_REFLECTIONS);
+        let photon_plan = &PhotonPlan { max_reflections: most, ..photon_plan.clone() };
+        let emitters = Emitters::<Light>::new(&plan.scene)?;
+        let sobol = Sobol::new(hash(plan.settings.seed ^ hash(Stream::Measure as u64)));
+        let led_to_caustics: Vec<Option<usize>> = (0..LESSONS)
+            .into_par_iter()
+            .map_init(
+                || Walk::<Light>::new(plan, photon_plan),
+                |walk, path| {
+                    let rng = Rng::new(plan.settings.seed, Stream::Shoot, u32::MAX, u64::from(path));
+                    let u = sobol.point(path, 0);
+                    let stored =
+                        |walk: &Walk<'_, Light>| walk.photons.by_class[PathClass::Caustic as usize].len();
+                    let before = stored(walk);
+                    walk.follow(emitters.emit(LESSONS, u), rng);
+                    (stored(walk) > before).then(|| {
+                        let aim = emitters.aim(u[0]);
+                        let place = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
+                        (place(u[0], SLABS) * SIDE + place(u[aim], SIDE)) * SIDE + place(u[aim + 1], SIDE)
+                    })
+                },
+            )
+            .collect();
+        let mut counts = vec![0.0; SLABS * SIDE * SIDE];
+        led_to_caustics.into_iter().flatten().for_each(|cell| counts[cell] += 1.0);
+        Self::new(&counts)
+    }
+
+    /// From how many paths of each cell were of use.
+    fn new(counts: &[f32]) -> Option<Self> {
+        // Neighbours lend each other what few paths cannot tell. Noise falls fastest where starts are as dense as the
+        // root of what they bring.
+        let wish: Vec<f32> = (0..counts.len())
+            .map(|cell| {
+                let (slab, y, x) = (cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE);
+                let around = |i: usize| i.saturating_sub(1)..=(i + 1).min(SIDE - 1);
+                let lent = around(y).flat_map(|y| around(x).map(move |x| (slab * SIDE + y) * SIDE + x));
+                lent.map(|cell| counts[cell]).sum::<f32>().sqrt()
+            })
+            .collect();
+        let mean = wish.iter().sum::<f32>() / wish.len() as f32;
+        if mean == 0.0 {
+            return None;
+        }
+        let density: Vec<f32> = wish.iter().map(|wish| (1.0 - GUIDED) + GUIDED * wish / mean).collect();
+        let row = |row: usize| -> f32 { density[row * SIDE..(row + 1) * SIDE].iter().sum() };
+        let slab = |slab: usize| -> f32 { (0..SIDE).map(|y| row(slab * SIDE + y)).sum() };
+        Some(Self {
+            slabs: cumulative(slab),
+            rows: std::array::from_fn(|s| cumulative(|y| row(s * SIDE + y))),
+            cells: (0..SLABS)
+                .map(|s| std::array::from_fn(|y| cumulative(|x| density[(s * SIDE + y) * SIDE + x])))
+                .collect(),
+        })
+    }
+}
+
+impl<P: Power> Emitters<'_, P> {
+    /// The start of one of `paths` paths, as [`emit`](Self::emit), denser and fainter where the guide wants it.
+    pub fn emit_guided(&self, paths: u32, u: [f32; EMISSION_DIMENSIONS], guide: &Guide) -> Emitted<P> {
+        let mut u = u;
+        let (slab, chosen, of_slab) = invert(&guide.slabs, u[0]);
+        let aim = self.aim(chosen);
+        let (row, first, of_row) = invert(&guide.rows[slab], u[aim]);
+        let (_, second, of_cell) = invert(&guide.cells[slab][row], u[aim + 1]);
+        (u[0], u[aim], u[aim + 1]) = (chosen, first, second);
+        let emitted = self.emit(paths, u);
+        Emitted { power: emitted.power.scaled(1.0 / (of_slab * of_row * of_cell)), ..emitted }
+    }
+
+    /// Which two of the numbers decide what a path meets: the first of them. Parallel light is aimed by its place.
+    fn aim(&self, u0: f32) -> usize {
+        match self.luminaire(u0) {
+            Luminaire::Directional { .. } => 1,
+            _ => 3,
+        }
+    }
+}
+
+/// Sums of the weights up to and with each, the last exactly one.
+fn cumulative<const N: usize>(weight: impl Fn(usize) -> f32) -> [f32; N] {
+    let mut sums = [0.0; N];
+    let mut sum = 0.0;
+    for (i, to) in sums.iter_mut().enumerate() {
+        sum += weight(i);
+        *to = sum;
+    }
+    let mut sums = sums.map(|to| to / sum);
+    sums[N - 1] = 1.0;
+    sums
+}
+
+/// The cell that an even number falls in, the number it becomes, and its density there.
+fn invert<const N: usize>(cumulative: &[f32; N], u: f32) -> (usize, f32, f32) {
+    let cell = cumulative.partition_point(|c| *c <= u).min(N - 1);
+    let below = if cell == 0 { 0.0 } else { cumulative[cell - 1] };
+    let probability = cumulative[cell] - below;
+    let within = (u - below) / probability;
+    let x = (cell as f32 + within) / N as f32;
+    (cell, x.min(1.0 - f32::EPSILON), probability * N as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn densities_have_mean_one_and_are_bounded_from_below() {
+        let mut counts = vec![0.0; SLABS * SIDE * SIDE];
+        counts[5 * SIDE + 7] = 4.0;
+        counts[3 * SIDE * SIDE + 9] = 1.0;
+        let guide = Guide::new(&counts).expect("something to guide");
+        let sobol = Sobol::new(1);
+        let n = 200_000;
+        let (mut inverse, mut least, mut most) = (0.0, f32::INFINITY, 0.0_f32);
+        for i in 0..n {
+            let [a, b, c] = sobol.point::<3>(i, 0);
+            let (slab, _, of_slab) = invert(&guide.slabs, a);
+            let (row, _, of_row) = invert(&guide.rows[slab], b);
+            let (_, x, of_cell) = invert(&guide.cells[slab][row], c);
+            assert!((0.0..1.0).contains(&x));
+            let density = of_slab * of_row * of_cell;
+            inverse += f64::from(1.0 / density);
+            (least, most) = (least.min(density), most.max(density));
+        }
+        // E[1 / density] is the volume of the cube.
+        assert!((inverse / f64::from(n) - 1.0).abs() < 1e-3, "{}", inverse / f64::from(n));
+        assert!(least > 0.99 * (1.0 - GUIDED) && most > 5.0, "{least} to {most}");
+    }
+
+    #[test]
+    fn without_caustics_there_is_no_guide() {
+        assert!(Guide::new(&[0.0; SLABS * SIDE * SIDE]).is_none());
+    }
+}

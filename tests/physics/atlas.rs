@@ -1,0 +1,204 @@
+//! The atlas: pictures mixed from one run are those of renders of their own.
+//!
+//! Runs that are compared have seeds of their own, and as many passes, so that the bias of the gather radius is the
+//! same. Each comparison also shows that it rejects a picture 2 % too bright.
+
+use crate::agreement::{cornell, left_to_the_long_run, mixed};
+use glam::Vec3;
+use halflight::atlas::Atlas;
+use halflight::error::Error;
+use halflight::film::Layer;
+use halflight::light::Matrix;
+use halflight::measure::{Estimate, agreement};
+use halflight::plan::{Method, Settings};
+use halflight::render::Render;
+use halflight::scene::{Illumination, Matter, Scene};
+
+const SIDE: u32 = 12;
+const PASSES: u32 = 240;
+
+fn settings(seed: u64, paths: u32) -> Settings {
+    Settings { width: SIDE, height: SIDE, seed, paths: Some(paths), ..Settings::default() }
+}
+
+fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
+    let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
+    (0..passes).for_each(|_| render.pass());
+    render
+}
+
+fn atlas(scene: &Scene, settings: Settings, passes: u32) -> Atlas {
+    render(scene, Settings { atlas: true, ..settings }, passes).atlas().expect("asked for")
+}
+
+fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
+    let colour = estimate.colour.map(|(mean, error)| (f64::from(factor) * mean, error));
+    Estimate { mean: estimate.mean.iter().map(|rgb| factor * *rgb).collect(), colour, ..estimate.clone() }
+}
+
+/// The mixed picture is that of `direct`, and would not be if it were 2 % off.
+#[track_caller]
+fn must_agree(atlas: &Atlas, (s, t): (f64, f64), direct: &Render) {
+    let mixed = atlas.estimate(atlas.mix(s, t).expect("a picture")).expect("several passes");
+    let direct = Estimate::from_film(direct.film()).expect("several passes");
+    let verdict = agreement(&mixed, &direct, None);
+    assert!(verdict.accepted(), "{s},{t}: {verdict:?}");
+    for factor in [0.98, 1.02] {
+        let wrong = agreement(&scaled(&mixed, factor), &direct, None);
+        assert!(!wrong.accepted(), "{s},{t}: too noisy to tell {factor}: {wrong:?}");
+    }
+}
+
+#[test]
+fn five_by_five_points_are_direct_renders() {
+    let scene = cornell(Illumination::GLOBAL);
+    let atlas = atlas(&scene, settings(1, 10_000), PASSES);
+    let long = !left_to_the_long_run("16 of the 25 points");
+    for i in (0..25_u8).filter(|i| long || (i % 5 % 2 == 0 && i / 5 % 2 == 0)) {
+        let (s, t) = (f32::from(i % 5) / 4.0, f32::from(i / 5) / 4.0);
+        let direct = render(&scene.at(s, t), settings(100 + u64::from(i), 10_000), PASSES);
+        must_agree(&atlas, (s.into(), t.into()), &direct);
+    }
+}
+
+#[test]
+fn mirrors_and_glass_count_like_any_other_unless_they_are_set() {
+    let follow = mixed(true, true).finish();
+    let mut set = follow.clone();
+    let own = [("Glass".to_owned(), Illumination::GLOBAL), ("Mirror".to_owned(), Illumination::Whitted)];
+    set.illuminate(Some(Illumination::GLOBAL), &own).expect("names of the scene");
+    for (scene, points) in [(follow, [(1.0, 0.0), (0.5, 0.5)]), (set, [(0.75, 0.25), (0.25, 0.75)])] {
+        let atlas = atlas(&scene, settings(2, 20_000), PASSES);
+        for (i, (s, t)) in points.into_iter().enumerate() {
+            let direct = render(&scene.at(s, t), settings(200 + i as u64, 20_000), PASSES);
+            must_agree(&atlas, (s.into(), t.into()), &direct);
+        }
+    }
+}
+
+/// k = 1.1463 at (1, 1).
+fn supercritical() -> Scene {
+    let mut scene = Scene::load("builtin:concentric?albedo=0.95").expect("built in");
+    scene.illuminate(Some(Illumination::LOCAL), &[]).expect("no names");
+    scene
+}
+
+#[test]
+fn where_the_corner_has_no_image_others_have() {
+    let scene = supercritical();
+    let few = atlas(&scene, settings(3, 500), 4);
+    assert!(few.cut);
+    for (s, t) in [(1.0, 1.0), (0.88, 1.0)] {
+        let Err(Error::NoImage(message)) = few.mix(s, t) else { panic!("there is no image at {s},{t}") };
+        assert!(message.contains("up to s = 0.86"), "{message}");
+    }
+    assert!(matches!(few.mix(1.1, 0.0), Err(Error::Usage(_))));
+    assert!(few.left_out(0.7, 1.0) < 1e-5);
+    // Of Σ rⁿ with r = 0.97 the terms beyond 92.
+    let left_out = few.mix(0.97 / 1.1463, 1.0).expect("a picture").left_out;
+    assert!((left_out / 0.97_f64.powi(93) - 1.0).abs() < 0.1, "{left_out}");
+    if left_to_the_long_run("pictures beside the frontier") {
+        return;
+    }
+    let many = atlas(&scene, settings(3, 10_000), PASSES);
+    for (s, t) in [(0.7, 1.0), (0.8, 0.5)] {
+        let direct = render(&scene.at(s, t), settings(300, 60_000), PASSES);
+        must_agree(&many, (s.into(), t.into()), &direct);
+    }
+}
+
+#[test]
+fn the_corner_where_it_was_shot_is_the_picture_of_the_film() {
+    // That this picture is the one that a render without an atlas makes, which connects and splits otherwise, is tested
+    // at the corner (1, 1) of the five by five points.
+    let scene = cornell(Illumination::SHADOWLESS);
+    let with = render(&scene, Settings { atlas: true, ..settings(5, 20_000) }, 3);
+    let mixed = with.atlas().expect("asked for").mix(1.0, 1.0).expect("a picture");
+    let near = |(a, b): (&Vec3, &Vec3), far: f32| (*a - *b).abs().max_element() <= far * b.max_element();
+    let (picture, error) = (with.film().mean(Layer::Visible), with.film().standard_error());
+    assert!(picture.iter().any(|rgb| rgb.x > 0.0), "a black picture proves nothing");
+    assert!(mixed.visible.iter().zip(&picture).all(|pair| near(pair, 2e-5)), "the mixed picture differs");
+    assert!(mixed.error.iter().zip(&error).all(|pair| near(pair, 1e-3)), "its error differs");
+}
+
+#[test]
+fn error_bars_hold_between_the_points_where_they_were_measured() {
+    const RUNS: u64 = 60;
+    const FEW: u32 = 8;
+    /// Student's t of 90 % with 7 degrees of freedom.
+    const T: f32 = 1.895;
+    let scene = cornell(Illumination::GLOBAL);
+    let atlases: Vec<Atlas> =
+        (0..RUNS).map(|seed| atlas(&scene, settings(1000 + seed, 4_000), FEW)).collect();
+    for (s, t) in [(0.2, 0.2), (0.55, 0.8), (0.8, 0.55), (0.95, 0.95), (0.97, 0.1)] {
+        let mixed: Vec<_> = atlases.iter().map(|atlas| atlas.mix(s, t).expect("a picture")).collect();
+        let (mut held, mut all, mut predicted, mut real) = (0, 0, 0.0, 0.0);
+        for pixel in 0..(SIDE * SIDE) as usize {
+            let mean = mixed.iter().map(|m| m.visible[pixel]).sum::<Vec3>() / RUNS as f32;
+            for m in &mixed {
+                let (off, error) = ((m.visible[pixel] - mean).abs(), m.error[pixel]);
+                for c in 0..3 {
+                    if error[c] > 0.0 {
+                        held += usize::from(off[c] <= T * error[c]);
+                        all += 1;
+                        predicted += f64::from(error[c] * error[c]);
+                        real += f64::from(off[c] * off[c]) * RUNS as f64 / (RUNS as f64 - 1.0);
+                    }
+                }
+            }
+        }
+        let (coverage, ratio) = (f64::from(held as u32) / f64::from(all as u32), (predicted / real).sqrt());
+        println!("{s},{t}: coverage {coverage:.3}, predicted over real error {ratio:.3}");
+        assert!((0.85..=0.95).contains(&coverage), "{s},{t}: 90 % interval holds in {coverage:.3}");
+        assert!((0.92..=1.15).contains(&ratio), "{s},{t}: predicted over real error {ratio:.3}");
+    }
+}
+
+#[test]
+fn a_truncated_series_has_all_pictures() {
+    // Also where the whole series has no sum; the same photons are shot for both.
+    let scene = supercritical();
+    let truncated = Settings { max_reflections: Some(3), ..settings(6, 4_000) };
+    let mixed = atlas(&scene, truncated.clone(), 4).mix(1.0, 1.0).expect("a picture").visible;
+    let direct = render(&scene.at(1.0, 1.0), truncated, 4).film().mean(Layer::Visible);
+    let near = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() <= 2e-5 * b.max_element();
+    assert!(direct.iter().any(|rgb| rgb.x > 0.0), "a black picture proves nothing");
+    assert!(mixed.iter().zip(&direct).all(near));
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let scene = cornell(Illumination::GLOBAL);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| atlas(&scene, settings(7, 30_000), 3))
+    };
+    let one = with(1);
+    assert!(one.planes.iter().flatten().any(|rgb| rgb.x > 0.0), "a black atlas proves nothing");
+    assert!(with(2) == one && with(3) == one);
+}
+
+#[test]
+fn what_has_no_single_power_of_s_is_refused() {
+    let refusal = |scene: &Scene, settings: Settings| {
+        let settings = Settings { atlas: true, ..settings };
+        match Render::new(scene.clone(), settings, &[Layer::Visible]) {
+            Err(Error::Usage(message)) => message,
+            other => panic!("not refused: {:?}", other.map(|_| ())),
+        }
+    };
+    let scene = cornell(Illumination::GLOBAL);
+    let path = Settings { method: Method::Path, ..settings(1, 1000) };
+    assert!(refusal(&scene, path).contains("photon"));
+    let mut own = scene.clone();
+    let matter = Matter {
+        opaque: Matrix::new([[0.5, 0.2], [0.9, 0.4]]),
+        straight: Matrix::new([[0.3, 0.1], [0.05, 0.2]]),
+    };
+    let name = own.materials[0].name.clone();
+    own.illuminate(None, &[(name.clone(), Illumination::Own(matter))]).expect("a name of the scene");
+    assert!(refusal(&own, settings(1, 1000)).contains(&name));
+    let mut set = scene;
+    set.illuminate(None, &[("*".into(), Illumination::SHADOWLESS)]).expect("no names");
+    assert!(refusal(&set, settings(1, 1000)).contains("follows"));
+}

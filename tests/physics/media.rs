@@ -1,0 +1,259 @@
+//! Solids of glass in, on and across one another: what lies between which media, from both ends of the path.
+
+use crate::agreement::mixed;
+use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
+use glam::{Quat, Vec3};
+use halflight::film::{Film, Layer};
+use halflight::light::{Invisible, Light};
+use halflight::measure::{Estimate, agreement};
+use halflight::optics::{Dielectric, Lobe};
+use halflight::plan::{Method, Omittable, Plan, Settings};
+use halflight::render::Render;
+use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
+use halflight::shoot::shoot;
+
+fn glass(ior: f32) -> Lobe {
+    Lobe::Dielectric(Dielectric { ior, tint: Vec3::ONE })
+}
+
+/// Fresnel at normal incidence between two indices.
+fn r(a: f64, b: f64) -> f64 {
+    ((a - b) / (a + b)).powi(2)
+}
+
+/// Transmittance of media one behind the other, with all reflections between.
+fn through(indices: &[f64]) -> f64 {
+    let loss = |pair: &[f64]| r(pair[0], pair[1]) / (1.0 - r(pair[0], pair[1]));
+    1.0 / (1.0 + indices.windows(2).map(loss).sum::<f64>())
+}
+
+/// The same medium in a place that many faces must agree about.
+fn bend() -> Quat {
+    Quat::from_axis_angle(Vec3::new(0.3, 0.7, -0.4).normalize(), 1.1)
+}
+
+/// A closed box with faces of `cells` × `cells` quadrilaterals; the lower half of its height is at `low`.
+fn brick(build: &mut Build, low: f32, high: f32, half: f32, cells: u32, material: u32) {
+    let first_triangle = build.0.mesh.triangles.len();
+    let (min, max) = (Vec3::new(-half, low, -half), Vec3::new(half, high, half));
+    let d = max - min;
+    let (x, y, z) = (d * Vec3::X, d * Vec3::Y, d * Vec3::Z);
+    for (corner, a, b) in [(min, z, y), (min, x, z), (min, y, x), (max, -y, -z), (max, -z, -x), (max, -x, -y)]
+    {
+        for i in 0..cells {
+            for j in 0..cells {
+                let at = corner + i as f32 / cells as f32 * a + j as f32 / cells as f32 * b;
+                build.quad(at, a / cells as f32, b / cells as f32, material);
+            }
+        }
+    }
+    // One surface, turned out of the axes.
+    let surface = build.0.mesh.surface[first_triangle];
+    build.0.surfaces[surface as usize].closed = true;
+    build.0.mesh.surface[first_triangle..].fill(surface);
+}
+
+/// Turns all that is there.
+fn turned(mut scene: Scene) -> Scene {
+    scene.mesh.positions.iter_mut().for_each(|p| *p = bend() * *p);
+    scene.mesh.normals.iter_mut().for_each(|n| *n = bend() * *n);
+    for luminaire in &mut scene.luminaires {
+        if let Luminaire::Spot { position, direction, .. } = luminaire {
+            (*position, *direction) = (bend() * *position, (bend() * *direction).normalize());
+        }
+    }
+    scene
+}
+
+/// Power of a beam down the axis that arrives on the floor.
+fn transmitted(add: impl Fn(&mut Build), turn: bool) -> Measured {
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.0, 4.0, 4.0), Vec3::ZERO));
+    let floor = build.material("Floor", diffuse(1e-6));
+    build.quad(Vec3::new(-9.0, -2.0, -9.0), Vec3::Z * 18.0, Vec3::X * 18.0, floor);
+    add(&mut build);
+    let cone = SpotCone { cos_inner: 0.999_999, cos_outer: 0.999_999 };
+    let intensity = Light::both(Vec3::splat(1.0 / cone.solid_angle()));
+    // Off the edges that boxes have in common.
+    let position = Vec3::new(0.137, 2.0, 0.059);
+    build.0.luminaires.push(Luminaire::Spot { position, direction: -Vec3::Y, intensity, cone });
+    let scene = if turn { turned(build.finish()) } else { build.finish() };
+    let plan = Plan::new(scene, small(8, 8, 5000));
+    assert!(plan.rays.has_media() && plan.omissions.iter().all(|omission| omission.name != "media"));
+    let photons = plan.photons.as_ref().expect("glass feeds photons");
+    let passes: Vec<f64> = (0..24)
+        .map(|pass| {
+            let arrived = shoot::<Invisible>(&plan, photons, pass).by_class;
+            arrived[1].iter().map(|photon| f64::from(photon.power.0.x)).sum()
+        })
+        .collect();
+    Measured::of(&passes)
+}
+
+#[test]
+fn boxes_that_touch_are_one_stack_whatever_their_meshes_and_place() {
+    // Faces that coincide are made of other triangles, and turned so that no plane is exact in f32.
+    for (cells, turn) in [(1, false), (3, false), (1, true), (3, true), (7, true)] {
+        let stack = |build: &mut Build| {
+            let (a, b) = (build.material("A", glass(1.5)), build.material("B", glass(2.0)));
+            brick(build, -1.0, 0.0, 3.0, 2, a);
+            brick(build, 0.0, 1.0, 3.0, cells, b);
+        };
+        transmitted(stack, turn).must_be(through(&[1.0, 2.0, 1.5, 1.0]), 2e-4);
+    }
+}
+
+#[test]
+fn boxes_across_each_other_show_the_smaller() {
+    let across = |build: &mut Build| {
+        let (a, b) = (build.material("A", glass(1.5)), build.material("B", glass(2.5)));
+        brick(build, -1.0, 0.5, 3.0, 2, a);
+        brick(build, 0.2, 1.0, 2.0, 3, b);
+    };
+    transmitted(across, true).must_be(through(&[1.0, 2.5, 1.5, 1.0]), 2e-4);
+}
+
+#[test]
+fn equal_glass_fuses_and_bubbles_are_air() {
+    let one = through(&[1.0, 1.5, 1.0]);
+    let fused = |build: &mut Build| {
+        let a = build.material("A", glass(1.5));
+        brick(build, -1.0, 0.3, 3.0, 2, a);
+        brick(build, 0.0, 1.0, 2.0, 1, a);
+        brick(build, -0.5, -0.2, 1.0, 3, a);
+    };
+    transmitted(fused, true).must_be(one, 2e-4);
+    for own in [true, false] {
+        let hollow = |build: &mut Build| {
+            let a = build.material("A", glass(1.5));
+            let b = if own { a } else { build.material("B", glass(1.2)) };
+            brick(build, -1.0, 1.0, 3.0, 2, a);
+            let first = build.0.mesh.triangles.len();
+            brick(build, -0.5, 0.5, 1.0, 3, b);
+            build.0.mesh.triangles[first..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        };
+        transmitted(hollow, true).must_be(through(&[1.0, 1.5, 1.0, 1.5, 1.0]), 2e-4);
+    }
+}
+
+/// A camera among balls of glass in a room that glows alike everywhere.
+fn furnace(position: Vec3, at: Vec3, yfov: f32) -> Build {
+    let projection = Projection::Perspective { yfov };
+    let camera = Camera::look_at(position, at, Vec3::new(0.6, 0.0, 0.8), projection);
+    let mut build = Build::new(Illumination::GLOBAL, camera);
+    let wall = build.material("Wall", diffuse(0.0));
+    build.0.materials[wall as usize].emission = glow(1.0);
+    build.sphere(Vec3::ZERO, 9.0, (32, 16), true, wall);
+    build.0.surfaces[0].smooth = false;
+    build
+}
+
+/// Nested, touching, across one another and twice in the same place.
+fn crowd(build: &mut Build) {
+    let (a, b, c) =
+        (build.material("A", glass(1.5)), build.material("B", glass(1.33)), build.material("C", glass(2.0)));
+    build.sphere(Vec3::ZERO, 1.0, (48, 24), false, a);
+    build.sphere(Vec3::new(0.1, 0.0, 0.0), 0.7, (31, 17), false, b);
+    build.sphere(Vec3::new(0.1, 0.2, 0.0), 0.3, (20, 10), false, c);
+    build.sphere(Vec3::new(0.0, 0.9, 0.2), 0.6, (40, 20), false, b);
+    build.sphere(Vec3::new(-1.5, 0.0, 0.0), 0.5, (24, 12), false, c);
+    build.sphere(Vec3::new(-1.5, 0.0, 0.0), 0.5, (24, 12), false, a);
+    build.0.surfaces.iter_mut().for_each(|surface| surface.smooth = false);
+}
+
+#[test]
+fn in_a_room_that_glows_alike_glass_is_not_seen() {
+    // Lossless glass changes no radiance but by the square of the index where the eye is. No ray may be lost on the way.
+    let eyes = [
+        (Vec3::new(0.3, 0.4, 3.0), Vec3::ZERO, 1.2, 1.0),
+        (Vec3::new(0.1, -0.4, 0.0), Vec3::new(0.1, -1.0, 0.0), 0.2, 1.33),
+        (Vec3::new(0.1, 0.25, 0.02), Vec3::new(0.1, 1.0, 0.05), 0.2, 2.0),
+        (Vec3::new(-1.5, 0.0, 0.1), Vec3::new(-1.5, 0.0, 1.0), 0.2, 2.0),
+    ];
+    for (position, at, yfov, index) in eyes {
+        for method in [Method::Photon, Method::Path] {
+            let mut build = furnace(position, at, yfov);
+            crowd(&mut build);
+            let settings = Settings { method, samples: 4, ..small(32, 32, 1) };
+            let seen = measure(build.finish(), settings, 16);
+            seen.must_be(index * index, 1e-3);
+        }
+    }
+}
+
+/// Pictures of a room with glass in it, by photons and by paths.
+fn pictures(add: impl Fn(&mut Build), seed: u64) -> [Film; 2] {
+    let mut build = mixed(false, false);
+    add(&mut build);
+    let scene = build.finish();
+    [Method::Photon, Method::Path].map(|method| {
+        let radius = Settings { caustic_radius: 2.0, indirect_radius: 2.0, ..small(24, 24, 20_000) };
+        let settings = Settings { method, seed, samples: 8, ..radius };
+        let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
+        (0..60).for_each(|_| render.pass());
+        render.film().clone()
+    })
+}
+
+/// On average over the film: single pixels are smoothed over the gather radius, on purpose.
+fn must_be_alike(a: &Film, b: &Film) {
+    let error = |film: &Film| film.mean_colour_error().expect("several passes").x;
+    Measured { mean: a.mean_colour().x, error: error(a).hypot(error(b)) }.must_be(b.mean_colour().x, 1e-3);
+}
+
+#[test]
+fn shooting_and_gathering_agree_about_nested_glass() {
+    let tumbler = |build: &mut Build| {
+        let lobe = |ior, tint| Lobe::Dielectric(Dielectric { ior, tint });
+        let glass = build.material("Glass", lobe(1.5, Vec3::new(0.9, 1.0, 0.95)));
+        let water = build.material("Water", lobe(1.33, Vec3::new(0.8, 0.9, 1.0)));
+        build.sphere(Vec3::new(0.0, -0.1, 0.0), 0.65, (48, 24), false, glass);
+        build.sphere(Vec3::new(0.0, -0.1, 0.0), 0.5, (48, 24), false, water);
+        build.sphere(Vec3::new(0.5, -0.3, 0.3), 0.45, (48, 24), false, water);
+    };
+    let [shot, traced] = pictures(tumbler, 1);
+    must_be_alike(&shot, &traced);
+}
+
+#[test]
+fn an_index_matched_ball_in_a_ball_is_not_seen() {
+    let ball = |inner: Option<f32>| {
+        move |build: &mut Build| {
+            let outer = build.material("Outer", glass(1.5));
+            build.sphere(Vec3::new(0.0, -0.1, 0.0), 0.65, (48, 24), false, outer);
+            if let Some(ior) = inner {
+                let inner = build.material("Inner", glass(ior));
+                build.sphere(Vec3::new(0.1, -0.1, 0.1), 0.45, (48, 24), false, inner);
+            }
+        }
+    };
+    let [alone_shot, alone] = pictures(ball(None), 1);
+    let [matched_shot, matched] = pictures(ball(Some(1.5)), 2);
+    must_be_alike(&matched_shot, &alone_shot);
+    // Paths smooth nothing: pixel by pixel. Another index is seen.
+    let estimate = |film: &Film| Estimate::from_film(film).expect("several passes");
+    let accepted = |film: &Film| agreement(&estimate(film), &estimate(&alone), None).accepted();
+    assert!(accepted(&matched));
+    assert!(!accepted(&pictures(ball(Some(1.33)), 3)[1]));
+}
+
+#[test]
+fn solids_that_air_surrounds_ask_nothing() {
+    let scene = |gap: f32| {
+        let mut build = furnace(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 1.0);
+        let a = build.material("A", glass(1.5));
+        build.sphere(Vec3::ZERO, 1.0, (16, 8), false, a);
+        build.sphere(Vec3::new(2.0 + gap, 0.0, 0.0), 1.0, (16, 8), false, a);
+        build.finish()
+    };
+    let plan = |gap: f32| Plan::new(scene(gap), small(8, 8, 1));
+    let left_out = |plan: &Plan| plan.omissions.iter().any(|omission| omission.name == "media");
+    assert!(left_out(&plan(0.01)) && !left_out(&plan(-0.01)));
+    // Leaving it out changes nothing.
+    let picture = |keep: Vec<Omittable>| {
+        let settings = Settings { keep, ..small(16, 16, 1000) };
+        let mut render = Render::new(scene(0.01), settings, &[Layer::Visible]).expect("a render");
+        render.pass();
+        render.film().mean(Layer::Visible)
+    };
+    assert_eq!(picture(Vec::new()), picture(vec![Omittable::Media]));
+}
