@@ -4,42 +4,73 @@
 //! each pixel and pass; following both costs a line more and leaves that noise out.
 
 use crate::light::Row;
-use crate::optics::{Sample, Term, Transport};
+use crate::optics::{Bsdf, Sample, Term, Transport};
 use crate::rays::Rays;
 use crate::sampling::Rng;
+use crate::scene::SurfacePoint;
+use glam::Vec3;
 
-use super::Here;
-
-/// Branches that carry at least this share of a pixel are followed for certain; fainter ones by roulette in proportion, so that
-/// a pixel takes no more lines per generation than the inverse of it.
+/// Branches that carry at least this share of a pixel are followed for certain; fainter ones by roulette in proportion.
 const CERTAIN_SHARE: f32 = 1.0 / 32.0;
 
+/// A line that reaches a surface with delta lobes.
+pub(super) struct Parent<const R: usize> {
+    /// What it read where it began.
+    pub rows: [Row; R],
+    /// Delta reflections before it.
+    pub delta_chain: u32,
+    /// Of its pixel: the part that the branches it came through carry.
+    pub share: f32,
+}
+
+/// The surface that it reaches.
+pub(super) struct Surface<'a, const R: usize> {
+    /// What is read there.
+    pub rows: [Row; R],
+    pub bsdf: &'a Bsdf,
+    pub point: &'a SurfacePoint,
+    pub wo: Vec3,
+}
+
 /// A branch that is followed.
-pub(super) struct Branch<const R: usize> {
+pub(super) struct Branch<'a, const R: usize> {
+    /// The lobe it takes, with its coefficient.
+    pub term: &'a Term,
     /// What it carries on.
     pub rows: [Row; R],
     /// The direction it leaves in, away from the surface.
     pub sample: Sample,
-    /// Its share of the pixel, at least [`CERTAIN_SHARE`] or that of the line it came from.
+    /// Its share of the pixel; by roulette no less than [`CERTAIN_SHARE`] or that of the line it came from.
     pub share: f32,
 }
 
-/// Calls `follow` with the branches of a line that carries `share` of its pixel.
-pub(super) fn branches<const R: usize>(
+/// Calls `follow` with the branches of a line at one of the surfaces it crosses.
+///
+/// Light that goes on both straight and by reflection makes each line the parent of several. Their number is bounded by
+/// what they carry: where a line of the pixel's faintest share sends on k times what it carries, k / `growth` lines
+/// follow it on average.
+pub(super) fn branches<'a, const R: usize>(
     rays: &Rays,
-    here: &Here<'_, '_, R>,
-    share: f32,
+    surface: &Surface<'a, R>,
+    parent: &Parent<R>,
+    growth: f32,
     rng: &mut Rng,
-    mut follow: impl FnMut(Branch<R>),
+    mut follow: impl FnMut(Branch<'a, R>),
 ) {
-    let Here { rows, bsdf, point, wo, .. } = *here;
+    let Surface { rows, bsdf, point, wo } = *surface;
     let strength = |term: &Term| -> f32 {
         if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
         }
         rows.iter().map(|row| (*row * term.coefficient * term.lobe.albedo()).total()).sum()
     };
-    let total: f32 = bsdf.terms.iter().map(strength).sum();
+    // What the camera looks at is followed however dark it is; behind it, in proportion to what it passes on.
+    let whole: f32 = if parent.delta_chain == 0 {
+        bsdf.terms.iter().map(strength).sum()
+    } else {
+        parent.rows.iter().map(|row| row.total()).sum()
+    };
+    let faintest = CERTAIN_SHARE.min(parent.share) * growth;
     for term in &bsdf.terms {
         let strength = strength(term);
         if strength == 0.0 {
@@ -48,15 +79,15 @@ pub(super) fn branches<const R: usize>(
         let lobe = rays.lobe_at(term.lobe, point);
         for sample in lobe.branches(&point.normals, wo, Transport::Gathering).into_iter().flatten() {
             let probability = sample.pdf_solid_angle;
-            let part = share * probability * (strength / total);
-            let survival = (part / CERTAIN_SHARE.min(share)).min(1.0);
+            let part = parent.share * probability * (strength / whole);
+            let survival = (part / faintest).min(1.0);
             if survival < 1.0 && rng.f32() >= survival {
                 continue;
             }
             // The sample's weight is that of a branch taken by chance.
             let weight = sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
-            follow(Branch { rows, sample, share: part / survival });
+            follow(Branch { term, rows, sample, share: part / survival });
         }
     }
 }

@@ -4,13 +4,14 @@
 //! counts instead. A row reads one half of light only (what would mix them is refused before), so that each
 //! contribution has one pair of orders (n, m) and its weight anywhere else in the square is sⁿ tᵐ.
 
+use super::branches::{Parent, Surface, branches};
 use super::connect::Connection;
 use super::{CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, describe};
 use crate::light::{Light, Matrix, Power, Row};
-use crate::optics::{Lobe, Term, Transport};
+use crate::optics::{Lobe, Term};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Stream, choose};
+use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint};
 use crate::shoot::{Orders, PathClass};
 use glam::{DVec3, Vec3};
@@ -78,6 +79,11 @@ impl ByOrder {
     fn place(&self, row: Orders, light: Orders) -> u16 {
         self.row[usize::from(row.n) + usize::from(light.n)]
             + self.column[usize::from(row.m) + usize::from(light.m)]
+    }
+
+    /// True where all light that a row of these orders reads is left out.
+    fn leaves_out(&self, row: Orders) -> bool {
+        usize::from(self.row[usize::from(row.n)]) >= self.orders.len()
     }
 
     /// Adds radiance and returns its share at the film's point.
@@ -155,6 +161,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 connections,
                 maps,
                 by_order,
+                growth: plan.existence.growth().max(1.0),
                 stack: Vec::new(),
                 hits: Vec::new(),
                 between: Vec::new(),
@@ -177,10 +184,11 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
 struct Line {
     origin: Vec3,
     direction: Vec3,
-    reading: Reading,
+    parent: Parent<1>,
+    /// Powers of s and t that its row has.
+    orders: Orders,
     /// Length of the camera path so far, m.
     travelled: f32,
-    delta_chain: u32,
 }
 
 /// A row, and the powers of s and t that it already has.
@@ -216,6 +224,8 @@ struct Walk<'a, P> {
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
     by_order: ByOrder,
+    /// By so much, or less, lines multiply from one delta reflection to the next.
+    growth: f32,
     stack: Vec<Line>,
     hits: Vec<Hit>,
     between: Vec<Hit>,
@@ -229,8 +239,8 @@ impl<P: Power> Walk<'_, P> {
         let (origin, direction) =
             self.plan.scene.camera.ray((x as f32 + jx) / width, (y as f32 + jy) / height, width / height);
         let mut pixel = Pixel::EMPTY;
-        let reading = Reading { row: Row::VISIBLE, orders: Orders::default() };
-        self.stack.push(Line { origin, direction, reading, travelled: 0.0, delta_chain: 0 });
+        let parent = Parent { rows: [Row::VISIBLE], delta_chain: 0, share: 1.0 };
+        self.stack.push(Line { origin, direction, parent, orders: Orders::default(), travelled: 0.0 });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, &mut pixel, &mut rng);
         }
@@ -241,34 +251,35 @@ impl<P: Power> Walk<'_, P> {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
         self.plan.rays.crossings(&ray, &mut hits);
-        let mut reading = line.reading;
+        let Parent { rows: [row], delta_chain, .. } = line.parent;
+        let mut reading = Reading { row, orders: line.orders };
         let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
         for hit in &hits {
             let material = &self.plan.scene.materials[self.plan.material_index(hit.triangle)];
             let point =
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let wo = -line.direction;
-            if pixel.depth == f32::INFINITY && line.delta_chain == 0 {
+            if pixel.depth == f32::INFINITY && delta_chain == 0 {
                 describe(pixel, hit, &point, wo, &material.bsdf);
             }
             if let Some(emission) = material.emission
-                && line.delta_chain <= most
+                && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 let place = self.by_order.place(reading.orders, Orders::default());
                 pixel.parts[0].emitted += self.by_order.add(place, reading.row * emission.radiance);
             }
-            if line.delta_chain < most {
+            if delta_chain < most {
                 let here = Here {
                     reading,
                     material,
                     point: &point,
                     wo,
                     travelled: line.travelled + hit.t,
-                    most_reflections: most - line.delta_chain - 1,
+                    most_reflections: most - delta_chain - 1,
                 };
                 self.read_surface(&here, pixel, rng);
-                self.pass_on(&here, line.delta_chain, rng);
+                self.pass_on(&here, line, rng);
             }
             reading.row = reading.row * material.bsdf.straight;
             reading.orders = reading.orders.crossed(material);
@@ -340,39 +351,35 @@ impl<P: Power> Walk<'_, P> {
         connections.to_one(&plan.scene, point, rng.f32x3()).into_iter().for_each(visit);
     }
 
-    /// The row goes on through delta lobes: of several, one is chosen in proportion to what it passes on.
-    fn pass_on(&mut self, here: &Here<'_>, delta_chain: u32, rng: &mut Rng) {
+    /// The row goes on through delta lobes.
+    fn pass_on(&mut self, here: &Here<'_>, line: &Line, rng: &mut Rng) {
         let Here { reading, material, point, wo, travelled, .. } = *here;
-        let bsdf = &material.bsdf;
-        if !bsdf.has_delta_lobe() {
+        if !material.bsdf.has_delta_lobe() {
             return;
         }
-        let strength = |term: &Term| -> f32 {
-            if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
-                return 0.0;
-            }
-            (reading.row * term.coefficient * term.lobe.albedo()).total()
-        };
-        let Some((k, probability)) = choose(bsdf.terms.len(), |k| strength(&bsdf.terms[k]), rng.f32()) else {
-            return;
-        };
-        let term = &bsdf.terms[k];
-        let plan = self.plan;
+        let delta_chain = line.parent.delta_chain;
         let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let lobe = plan.rays.lobe_at(term.lobe, point);
-        let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
-            return;
-        };
-        let after = reading.before(material, term);
-        self.stack.push(Line {
-            origin: point.origin_towards(sample.to),
-            direction: sample.to,
-            reading: Reading { row: after.row * (sample.weight / (probability * survival)), ..after },
-            travelled,
-            delta_chain: delta_chain + 1,
+        let Self { plan, growth, stack, by_order, .. } = self;
+        let surface = Surface { rows: [reading.row], bsdf: &material.bsdf, point, wo };
+        branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
+            let orders = reading.before(material, branch.term).orders;
+            if by_order.leaves_out(orders) {
+                return;
+            }
+            stack.push(Line {
+                origin: point.origin_towards(branch.sample.to),
+                direction: branch.sample.to,
+                parent: Parent {
+                    rows: branch.rows.map(|row| row * (1.0 / survival)),
+                    delta_chain: delta_chain + 1,
+                    share: branch.share,
+                },
+                orders,
+                travelled,
+            });
         });
     }
 }

@@ -10,7 +10,7 @@ mod connect;
 mod direct;
 mod estimate;
 
-use branches::branches;
+use branches::{Parent, Surface, branches};
 pub use by_order::{ByOrder, MostOrders, gather_by_order};
 pub use connect::Connections;
 use direct::Open;
@@ -102,6 +102,7 @@ pub fn gather<P: Power, const R: usize>(
             plan,
             connections,
             maps,
+            growth: plan.existence.growth().max(1.0),
             stack: Vec::new(),
             hits: Vec::new(),
             open: Vec::new(),
@@ -141,12 +142,9 @@ impl<const R: usize> Pixel<R> {
 struct Line<const R: usize> {
     origin: Vec3,
     direction: Vec3,
-    rows: [Row; R],
+    parent: Parent<R>,
     /// Length of the camera path so far, m.
     travelled: f32,
-    delta_chain: u32,
-    /// Of its pixel: the part that the branches it came through carry.
-    share: f32,
 }
 
 /// A point on a line of the camera path, and what is still read there.
@@ -168,6 +166,8 @@ struct Walk<'a, P, const R: usize> {
     plan: &'a Plan,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
+    /// By so much, or less, lines multiply from one delta reflection to the next.
+    growth: f32,
     stack: Vec<Line<R>>,
     hits: Vec<Hit>,
     /// Hits of the tile that may connect more.
@@ -186,7 +186,8 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         let mut pixel = Pixel::EMPTY;
         // paper eq. 8: a pixel shows [0 1] L
         let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
-        self.stack.push(Line { origin, direction, rows, travelled: 0.0, delta_chain: 0, share: 1.0 });
+        let parent = Parent { rows, delta_chain: 0, share: 1.0 };
+        self.stack.push(Line { origin, direction, parent, travelled: 0.0 });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, index, &mut pixel, &mut rng);
         }
@@ -196,20 +197,20 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
     fn look_along(&mut self, line: &Line<R>, index: usize, pixel: &mut Pixel<R>, rng: &mut Rng) {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
-        self.plan.look_along(&ray, &line.rows, &mut hits);
-        let mut rows = line.rows;
+        self.plan.look_along(&ray, &line.parent.rows, &mut hits);
+        let Parent { mut rows, delta_chain, .. } = line.parent;
         let plan = self.plan;
         for hit in &hits {
             let material = &plan.scene.materials[self.plan.material_index(hit.triangle)];
             let point =
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let wo = -line.direction;
-            if pixel.depth == f32::INFINITY && line.delta_chain == 0 && !material.is_nothing() {
+            if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, &material.bsdf);
             }
             let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
             if let Some(emission) = material.emission
-                && line.delta_chain <= most
+                && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 for (parts, row) in pixel.parts.iter_mut().zip(rows) {
@@ -217,7 +218,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
                 }
             }
             let travelled = line.travelled + hit.t;
-            if line.delta_chain < most {
+            if delta_chain < most {
                 let here = Here {
                     pixel: index,
                     rows: &rows,
@@ -225,7 +226,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
                     point: &point,
                     wo,
                     travelled,
-                    most_reflections: most - line.delta_chain - 1,
+                    most_reflections: most - delta_chain - 1,
                 };
                 self.read_surface(&here, pixel, rng);
                 self.pass_on(&here, line, rng);
@@ -275,19 +276,23 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         if !here.bsdf.has_delta_lobe() {
             return;
         }
-        let survival = if line.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let survival = if line.parent.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let Self { plan, stack, .. } = self;
-        branches(&plan.rays, here, line.share, rng, |branch| {
+        let Self { plan, growth, stack, .. } = self;
+        let Here { rows, bsdf, point, wo, travelled, .. } = *here;
+        let surface = Surface { rows: *rows, bsdf, point, wo };
+        branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
             stack.push(Line {
-                origin: here.point.origin_towards(branch.sample.to),
+                origin: point.origin_towards(branch.sample.to),
                 direction: branch.sample.to,
-                rows: branch.rows.map(|row| row * (1.0 / survival)),
-                travelled: here.travelled,
-                delta_chain: line.delta_chain + 1,
-                share: branch.share,
+                parent: Parent {
+                    rows: branch.rows.map(|row| row * (1.0 / survival)),
+                    delta_chain: line.parent.delta_chain + 1,
+                    share: branch.share,
+                },
+                travelled,
             });
         });
     }
