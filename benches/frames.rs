@@ -26,7 +26,7 @@ fn plan(scene: &str, illumination: Option<Illumination>) -> Plan {
 fn stages(c: &mut Criterion) {
     let plan = plan("caustic-box", None);
     let photon_plan = plan.photons.clone().expect("global illumination");
-    let connections = Connections::new(&plan.scene);
+    let connections = Connections::new(&plan);
     let mut group = c.benchmark_group("caustic-box");
     group.sample_size(10);
 
@@ -119,7 +119,7 @@ fn corners(c: &mut Criterion) {
         [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL];
     for illumination in corners {
         let plan = plan("cornell-spheres", Some(illumination));
-        let connections = Connections::new(&plan.scene);
+        let connections = Connections::new(&plan);
         group.bench_function(illumination.describe(), |b| {
             b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
         });
@@ -137,7 +137,7 @@ fn omissions(c: &mut Criterion) {
         group.sample_size(10);
         for (name, settings) in [("with", keep), ("without", &settings)] {
             let plan = Plan::new(scene(), settings.clone());
-            let connections = Connections::new(&plan.scene);
+            let connections = Connections::new(&plan);
             group.bench_function(name, |b| {
                 b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
             });

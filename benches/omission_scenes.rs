@@ -125,6 +125,18 @@ pub fn rows() -> Vec<Row> {
             "hardly anything can be left out, and looking for it costs nothing",
         ),
         one(
+            LightSamples,
+            "cornell-spheres, local",
+            || builtin("cornell-spheres", "local", &[]),
+            "the irradiance of an unhidden triangle has a closed form",
+        ),
+        one(
+            LightSamples,
+            "cornell-spheres, one-bounce",
+            || builtin("cornell-spheres", "one-bounce", &[]),
+            "only what hides the lamp is left to connections",
+        ),
+        one(
             Photons,
             "cornell-spheres, local",
             || builtin("cornell-spheres", "local", &[]),

@@ -180,7 +180,7 @@ fn time(plan: &Plan) -> (Stages, usize) {
     let both = plan.photons.as_ref().is_some_and(|photons| photons.both_halves);
     match (plan.settings.method, both, plan.settings.invisible) {
         (Method::Path | Method::PathPlain, ..) => {
-            let connections = Connections::new(&plan.scene);
+            let connections = Connections::new(plan);
             let (gather, _) = timed(|| render_pass(plan, &connections, u32::MAX, &[Layer::Visible]));
             (Stages { gather, ..Stages::default() }, 0)
         }
@@ -192,7 +192,7 @@ fn time(plan: &Plan) -> (Stages, usize) {
 }
 
 fn stages<P: Power, const R: usize>(plan: &Plan) -> (Stages, usize) {
-    let connections = Connections::new(&plan.scene);
+    let connections = Connections::new(plan);
     let shot =
         || plan.photons.as_ref().map_or_else(crate::render::no_photons, |p| shoot::<P>(plan, p, u32::MAX));
     let (shoot, photons) = timed(shot);

@@ -66,7 +66,7 @@ impl Render {
             let keep = settings.keep.iter().copied().chain(counted).collect();
             let mut plan = Plan::new(scene.at(1.0, 1.0), Settings { keep, ..settings });
             let atlas = Some(AtlasRun::new(&mut plan, at)?);
-            let connections = Connections::new(&plan.scene);
+            let connections = Connections::new(&plan);
             let seconds = begin.elapsed().as_secs_f64();
             return Ok(Self { plan, connections, film, atlas, illumination, stored: 0, seconds });
         }
@@ -77,7 +77,7 @@ impl Render {
         {
             return Err(Error::NoImage(refusal));
         }
-        let connections = Connections::new(&plan.scene);
+        let connections = Connections::new(&plan);
         if auto {
             choose_direct(&mut plan, &connections);
         }

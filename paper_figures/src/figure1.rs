@@ -197,7 +197,7 @@ impl Corner {
 
 /// Renders passes, with the lamp as it is seen taken out of the visible layer.
 fn reflected(plan: &Plan, passes: u32) -> Film {
-    let connections = Connections::new(&plan.scene);
+    let connections = Connections::new(plan);
     let mut layers = vec![Layer::Visible, Layer::Emitted];
     layers.extend(plan.photons.is_some().then_some(Layer::Bias));
     let Settings { width, height, .. } = plan.settings;

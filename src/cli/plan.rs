@@ -35,7 +35,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let auto = settings.direct == Direct::Auto;
     let (mut plan, forecast) = Forecast::make(scene.clone(), settings, &layers);
     if auto {
-        let connections = Connections::new(&plan.scene);
+        let connections = Connections::new(&plan);
         choose_direct(&mut plan, &connections);
     }
     let savings = savings(&scene, &plan, &forecast, &layers);

@@ -1,6 +1,8 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 
+use super::polygon::projected_solid_angle;
 use crate::light::Light;
+use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Ray;
 use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
 use crate::shoot::ALIKE;
@@ -23,30 +25,29 @@ pub struct Connection {
 pub struct Connections {
     /// Punctual luminaires that are all connected at every hit, by index.
     every: Vec<u32>,
+    /// Triangles whose irradiance is known where nothing hides them, by luminaire index.
+    closed_form: Vec<u32>,
     /// Luminaires of which one is chosen, by index, with cumulative probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
     cumulative: Vec<f64>,
 }
 
-/// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
-const SUMMED_PUNCTUALS: usize = 16;
-
 impl Connections {
     /// Decides which luminaires are summed and which are chosen from.
-    pub fn new(scene: &Scene) -> Self {
+    pub fn new(plan: &Plan) -> Self {
+        let scene = &plan.scene;
         let (_, radius) = scene.bounding_sphere();
-        let punctuals = scene.luminaires.iter().filter(|luminaire| luminaire.is_delta()).count();
-        let (mut every, mut one_of, mut cumulative) = (Vec::new(), Vec::new(), Vec::new());
+        let (every, others) = summed_and_others(scene);
+        let closed_form = plan.closed_form.clone();
+        let (mut one_of, mut cumulative) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
-        for (i, luminaire) in scene.luminaires.iter().enumerate() {
-            if luminaire.is_delta() && punctuals <= SUMMED_PUNCTUALS {
-                every.push(i as u32);
-                continue;
-            }
-            let power = f64::from(luminaire.power(radius).total());
+        // Where nothing is hidden the closed form is all.
+        let hidden = closed_form.is_empty() || plan.visibility != Visibility::Everywhere;
+        for i in others.into_iter().filter(|_| hidden) {
+            let power = f64::from(scene.luminaires[i as usize].power(radius).total());
             if power > 0.0 {
                 sum += power;
-                one_of.push(i as u32);
+                one_of.push(i);
                 cumulative.push(power);
             }
         }
@@ -57,7 +58,7 @@ impl Connections {
             below += (1.0 - ALIKE) * *c / sum + alike;
             *c = below;
         }
-        Self { every, one_of, cumulative }
+        Self { every, closed_form, one_of, cumulative }
     }
 
     /// Of how many luminaires each sample chooses one; the others are all summed.
@@ -72,6 +73,34 @@ impl Connections {
                 visit(connection);
             }
         }
+    }
+
+    /// Irradiance (W m⁻²) on the side of `wo`, of both halves, of the luminaires that have a closed form, as if nothing hid
+    /// them.
+    pub(super) fn unhidden(&self, scene: &Scene, point: &SurfacePoint, wo: Vec3) -> Light {
+        let mut sum = Light::ZERO;
+        for &i in &self.closed_form {
+            let Luminaire::Triangle { triangle, emission, .. } = scene.luminaires[i as usize] else {
+                continue;
+            };
+            let corners = scene.mesh.corners(triangle);
+            let front = scene.mesh.point(triangle, 0.0, 0.0, false).normals.geometric;
+            if emission.two_sided || front.dot(point.position - corners[0]) > 0.0 {
+                let factor = projected_solid_angle(
+                    corners,
+                    point.position,
+                    &point.normals,
+                    point.normals.is_front(wo),
+                );
+                sum += factor * emission.radiance;
+            }
+        }
+        sum
+    }
+
+    /// True when some luminaires have a closed form.
+    pub(super) fn has_closed_form(&self) -> bool {
+        !self.closed_form.is_empty()
     }
 
     /// True when there are luminaires of which one is chosen.
@@ -164,11 +193,14 @@ enum Density {
     Area,
 }
 
-/// Below this solid angle rounding in f64 spoils the angles' excess, and area sampling is as good: the triangle is
-/// so small or far that the integrand is constant over it.
+/// Below this solid angle (sr) rounding in f64 spoils the angles' excess.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 
-/// A point of a triangle, uniform over its solid angle from `eye` where that is large enough to be told.
+/// Where a triangle's area is below this share of the square of its distance, area is sampled: what is integrated is then so
+/// nearly constant over it that finding the solid angle costs more than it saves.
+const NEARLY_CONSTANT: f64 = 0.05;
+
+/// A point of a triangle, uniform over its solid angle from `eye` where that is large enough to matter.
 fn sample_triangle(
     scene: &Scene,
     triangle: u32,
@@ -178,7 +210,7 @@ fn sample_triangle(
 ) -> Option<(SurfacePoint, Density)> {
     let corners = scene.mesh.corners(triangle).map(|corner| (corner - eye).as_dvec3());
     let nearest = corners.iter().map(|corner| corner.length_squared()).fold(f64::INFINITY, f64::min);
-    if f64::from(area) > SMALLEST_SOLID_ANGLE * nearest
+    if f64::from(area) > NEARLY_CONSTANT * nearest
         && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
     {
         let [b1, b2] = barycentrics(corners, direction)?;

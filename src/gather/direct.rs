@@ -1,12 +1,17 @@
-//! How many connections a camera hit makes: one, and more where the neighbours show that one is not enough.
+//! Direct light at a camera hit: what is known of it, and how many connections find out the rest.
+//!
+//! Where nothing hides a luminaire its irradiance has a closed form ([`super::polygon`]), and connections need only find what
+//! is hidden: a pixel shows α C + mean(V − α U), where C is the closed form and V and U are what a connection brings with and
+//! without what is in its way. Any α is right in the mean; one near the share that is seen leaves no noise in full light and
+//! in full shadow.
 //!
 //! In a penumbra a single connection is all or nothing. A tile is therefore gathered in two goes: every hit makes one connection;
-//! then the scatter of the *other* pixels around it says how many its pixel deserves. As that number does not depend
-//! on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
+//! then those of the *other* pixels around it say what α is, and how many connections its pixel deserves. As neither
+//! depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
 use super::{Pixel, Walk};
 use crate::light::{Light, Power, Row};
-use crate::optics::Term;
+use crate::optics::{Lobe, Term};
 use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
@@ -19,7 +24,7 @@ const ENOUGH: f32 = 0.01;
 /// Pixels on each side that are asked.
 const REACH: usize = 2;
 
-/// A hit whose first connection is made and that may make more.
+/// A hit that is connected to luminaires.
 pub(super) struct Open<'a, const R: usize> {
     /// In its tile.
     pub pixel: usize,
@@ -29,54 +34,96 @@ pub(super) struct Open<'a, const R: usize> {
     pub wo: Vec3,
     /// Its connections are points of this sequence; the first is point zero.
     pub sobol: Sobol,
-    /// What the first one brought.
-    pub first: [Vec3; R],
+}
+
+/// A hit whose first connection is made.
+pub(super) struct Begun<'a, const R: usize> {
+    open: Open<'a, R>,
+    /// What would be seen if nothing hid the luminaires; zero where that is not known.
+    whole: [Vec3; R],
+    /// What the first connection brought.
+    first: [Sampled; R],
+}
+
+/// What a connection brings.
+#[derive(Clone, Copy, Default)]
+struct Sampled {
+    /// Through all that is in its way.
+    seen: Vec3,
+    /// If nothing were in its way; zero where that is of no use.
+    unhidden: Vec3,
+}
+
+impl Sampled {
+    /// What it tells beyond the closed form.
+    fn less(self, alpha: f32) -> Vec3 {
+        self.seen - alpha * self.unhidden
+    }
+}
+
+/// What the pixels around one say about its connections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Advice {
+    /// Connections of each hit.
+    connections: u32,
+    /// The share of the closed form that is taken.
+    alpha: f32,
 }
 
 impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
-    /// Direct light at a hit by all luminaires that are summed and by one connection to those that are chosen from.
+    /// Direct light at a hit by all luminaires that are summed, and the first connection to those that are chosen from.
     pub(super) fn connect(&mut self, open: Open<'a, R>, pixel: &mut Pixel<R>) {
-        let mut open = open;
-        self.connections.to_all(&self.plan.scene, &open.point, |connection| {
-            let light = self.look_through(&open, &connection);
-            for (parts, row) in pixel.parts.iter_mut().zip(open.rows) {
-                parts.direct += row * light;
+        let scene = &self.plan.scene;
+        self.connections.to_all(scene, &open.point, |connection| {
+            for (parts, sampled) in pixel.parts.iter_mut().zip(self.look_through(&open, &connection)) {
+                parts.direct += sampled.seen;
             }
         });
-        if self.connections.are_sampled() {
-            open.first = self.connection(&open, 0);
-            for (parts, first) in pixel.parts.iter_mut().zip(open.first) {
-                parts.direct += first;
+        let whole = match open.term.lobe {
+            Lobe::Diffuse(diffuse) if self.connections.has_closed_form() => {
+                let f = diffuse.eval(&open.point.normals, open.wo, open.wo); // Lambert: the same for every wi
+                let light = f * self.connections.unhidden(scene, &open.point, open.wo);
+                if light.is_zero() {
+                    return; // all of them are below the horizon
+                }
+                open.rows.map(|row| row * light)
             }
-            self.open.push(open);
+            _ => [Vec3::ZERO; R],
+        };
+        if self.connections.are_sampled() {
+            let first = self.connection(&open, 0);
+            self.open.push(Begun { open, whole, first });
+        } else {
+            for (parts, whole) in pixel.parts.iter_mut().zip(whole) {
+                parts.direct += whole;
+            }
         }
     }
 
-    /// The second go over a tile of `width` pixels a row, of which `direct` is what connections brought by chance.
+    /// The second go over a tile of `width` pixels a row.
     pub(super) fn connect_more(&mut self, pixels: &mut [Pixel<R>], width: usize) {
         let open = std::mem::take(&mut self.open);
         let mut sampled = std::mem::take(&mut self.sampled);
         sampled.clear();
-        sampled.resize(pixels.len(), 0.0);
-        for hit in &open {
-            sampled[hit.pixel] += hit.first[0].element_sum();
+        sampled.resize(pixels.len(), [0.0; 2]);
+        for Begun { open, first, .. } in &open {
+            let [seen, unhidden] = &mut sampled[open.pixel];
+            *seen += first[0].seen.element_sum();
+            *unhidden += first[0].unhidden.element_sum();
         }
-        let total: Vec<f32> = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum()).collect();
-        let wanted = wanted(&sampled, &total, width);
-        for hit in &open {
-            let n = wanted[hit.pixel];
-            if n == 1 {
-                continue;
-            }
-            let mut more = [Vec3::ZERO; R];
+        let rest = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum());
+        let total: Vec<f32> = rest.zip(&sampled).map(|(rest, [seen, _])| rest + seen).collect();
+        let advice = advice(&sampled, &total, width);
+        for Begun { open, whole, first } in &open {
+            let Advice { connections: n, alpha } = advice[open.pixel];
+            let mut sums = first.map(|first| first.less(alpha));
             for i in 1..n {
-                for (sum, value) in more.iter_mut().zip(self.connection(hit, i)) {
-                    *sum += value;
+                for (sum, sampled) in sums.iter_mut().zip(self.connection(open, i)) {
+                    *sum += sampled.less(alpha);
                 }
             }
-            for ((parts, first), more) in pixels[hit.pixel].parts.iter_mut().zip(hit.first).zip(more) {
-                // The mean of all, instead of the first.
-                parts.direct += (more - (n - 1) as f32 * first) / n as f32;
+            for ((parts, sum), whole) in pixels[open.pixel].parts.iter_mut().zip(sums).zip(whole) {
+                parts.direct += alpha * *whole + sum / n as f32;
             }
         }
         self.sampled = sampled;
@@ -85,50 +132,107 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
     }
 
     /// What connection `i` of a hit brings to each picture.
-    fn connection(&self, open: &Open<'_, R>, i: u32) -> [Vec3; R] {
+    fn connection(&self, open: &Open<'_, R>, i: u32) -> [Sampled; R] {
         let connection = self.connections.to_one(&self.plan.scene, &open.point, open.sobol.point(i, 0));
-        let light = connection.map_or(Light::ZERO, |connection| self.look_through(open, &connection));
-        open.rows.map(|row| row * light)
+        connection.map_or([Sampled::default(); R], |connection| self.look_through(open, &connection))
     }
 
     /// The light of a connection that is reflected towards the camera.
-    fn look_through(&self, open: &Open<'_, R>, connection: &super::connect::Connection) -> Light {
+    fn look_through(&self, open: &Open<'_, R>, connection: &super::connect::Connection) -> [Sampled; R] {
         let normals = &open.point.normals;
         let f =
             open.term.lobe.eval(normals, open.wo, connection.wi) * connection.wi.dot(normals.shading).abs();
-        if f == Vec3::ZERO || open.rows.iter().all(|row| *row * connection.light == Vec3::ZERO) {
-            return Light::ZERO;
+        if f == Vec3::ZERO {
+            return [Sampled::default(); R];
         }
-        f * (self.plan.visibility_along(&connection.segment) * connection.light)
+        let unhidden: Light = f * connection.light;
+        let seen: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
+        let known = self.connections.has_closed_form();
+        open.rows.map(|row| Sampled {
+            seen: row * seen,
+            unhidden: if known { row * unhidden } else { Vec3::ZERO },
+        })
     }
 }
 
-/// Connections for each pixel of a tile: by the variance of `sampled` over the pixels around it, itself left out, relative to
-/// the square of the mean of `total` there.
-fn wanted(sampled: &[f32], total: &[f32], width: usize) -> Vec<u32> {
-    let height = sampled.len() / width;
-    let mut wanted = vec![1; sampled.len()];
-    for y in 0..height {
-        for x in 0..width {
-            let (mut n, mut sum, mut squares, mut all) = (0.0_f32, 0.0, 0.0, 0.0);
-            for v in y.saturating_sub(REACH)..=(y + REACH).min(height - 1) {
-                for u in x.saturating_sub(REACH)..=(x + REACH).min(width - 1) {
-                    if (u, v) != (x, y) {
-                        let i = v * width + u;
-                        n += 1.0;
-                        sum += sampled[i];
-                        squares += sampled[i] * sampled[i];
-                        all += total[i];
-                    }
-                }
-            }
-            let variance = (n * squares - sum * sum) / (all * all);
+/// For each pixel of a tile, from what the first connections of the pixels around it brought with and without what is in
+/// their way (`sampled`): α is the share that is seen; connections go by the variance of what α leaves, relative to the
+/// square of the mean of `total` there.
+fn advice(sampled: &[[f32; 2]], total: &[f32], width: usize) -> Vec<Advice> {
+    // Number, seen, unhidden, their squares and product, total. In f64: each pixel is taken off its own sum again.
+    let sums: Vec<[f64; 7]> = sampled
+        .iter()
+        .zip(total)
+        .map(|(sampled, total)| {
+            let ([v, u], total) = (sampled.map(f64::from), f64::from(*total));
+            [1.0, v, u, v * v, v * u, u * u, total]
+        })
+        .collect();
+    let around = around(&around(&sums, 1, width), width, sampled.len() / width);
+    around
+        .iter()
+        .zip(&sums)
+        .map(|(around, own)| {
+            let [n, seen, unhidden, seen_seen, seen_unhidden, unhidden_unhidden, total] =
+                std::array::from_fn(|i| around[i] - own[i]);
+            let alpha = if unhidden > 0.0 { seen / unhidden } else { 0.0 };
+            let left = seen - alpha * unhidden;
+            let squares = seen_seen - 2.0 * alpha * seen_unhidden + alpha * alpha * unhidden_unhidden;
+            let variance = ((n * squares - left * left) / (total * total)) as f32;
             // False also where nothing shines.
-            if variance > ENOUGH {
+            let connections = if variance > ENOUGH {
                 let n = (variance / ENOUGH).sqrt().min(MOST as f32);
-                wanted[y * width + x] = (n as u32).next_power_of_two();
+                (n as u32).next_power_of_two()
+            } else {
+                1
+            };
+            Advice { connections, alpha: alpha as f32 }
+        })
+        .collect()
+}
+
+/// Sums over the pixels up to [`REACH`] away along an axis of `count` pixels, neighbours of which are `along` apart.
+fn around(values: &[[f64; 7]], along: usize, count: usize) -> Vec<[f64; 7]> {
+    let place = |i: usize| i / along % count;
+    (0..values.len())
+        .map(|i| {
+            let (before, behind) = (REACH.min(place(i)), REACH.min(count - 1 - place(i)));
+            let mut sum = [0.0; 7];
+            for k in 0..=before + behind {
+                let value = &values[i + k * along - before * along];
+                sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
             }
+            sum
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn advice_does_not_ask_the_pixel_itself() {
+        // Full light on the left, full shadow on the right, and between them pixels by chance.
+        let (width, height) = (12, 6);
+        let sample = |x: usize, y: usize| {
+            let u = 1.0 + 0.1 * ((x * 7 + y * 5) % 4) as f32;
+            let seen = x < 4 || (x < 8 && (x * 13 + y * 11) % 3 == 0);
+            [if seen { u } else { 0.0 }, u]
+        };
+        let pixels: Vec<[f32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| sample(x, y))).collect();
+        let total = vec![1.0; pixels.len()];
+        let given = advice(&pixels, &total, width);
+        assert!((given[0].alpha - 1.0).abs() < 1e-6 && given[0].connections == 1);
+        assert!(given[width - 1].alpha.abs() < 1e-6 && given[width - 1].connections == 1);
+        assert!((0.1..0.9).contains(&given[5].alpha) && given[5].connections > 2, "{:?}", given[5]);
+        for i in [5, 2 * width + 6, 5 * width + 7] {
+            let mut other = pixels.clone();
+            other[i] = [1e3, 3e3];
+            let other = advice(&other, &total, width);
+            assert_eq!(other[i].connections, given[i].connections);
+            assert!((other[i].alpha - given[i].alpha).abs() < 1e-6);
+            assert!(other[i - 1].alpha != given[i - 1].alpha);
         }
     }
-    wanted
 }

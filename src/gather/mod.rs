@@ -9,11 +9,12 @@ mod by_order;
 mod connect;
 mod direct;
 mod estimate;
+mod polygon;
 
 use branches::{Parent, Surface, branches};
 pub use by_order::{ByOrder, MostOrders, gather_by_order};
 pub use connect::Connections;
-use direct::Open;
+use direct::{Begun, Open};
 pub use estimate::{ALPHA, Irradiance, Maps, radius_factor};
 
 use crate::light::{Power, Row};
@@ -171,8 +172,8 @@ struct Walk<'a, P, const R: usize> {
     stack: Vec<Line<R>>,
     hits: Vec<Hit>,
     /// Hits of the tile that may connect more.
-    open: Vec<Open<'a, R>>,
-    sampled: Vec<f32>,
+    open: Vec<Begun<'a, R>>,
+    sampled: Vec<[f32; 2]>,
 }
 
 impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
@@ -249,8 +250,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
             }
             if self.plan.settings.direct == Direct::Connection {
                 let sobol = Sobol::new(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
-                let open =
-                    Open { pixel: here.pixel, rows, term, point: *point, wo, sobol, first: [Vec3::ZERO; R] };
+                let open = Open { pixel: here.pixel, rows, term, point: *point, wo, sobol };
                 self.connect(open, pixel);
             }
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
@@ -276,7 +276,8 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         if !here.bsdf.has_delta_lobe() {
             return;
         }
-        let survival = if line.parent.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let survival =
+            if line.parent.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }

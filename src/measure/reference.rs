@@ -197,7 +197,7 @@ impl ReferenceMaker {
         let file = folder.join(format!("reference-{}-{:016x}.exr", &slug[begin..], fingerprint(&key)));
         let pixels = width as usize * height as usize;
         let plan = Plan::new(scene.clone(), settings);
-        let connections = Connections::new(&plan.scene);
+        let connections = Connections::new(&plan);
         let empty = Moments::new(pixels);
         let mut maker = Self {
             plan,

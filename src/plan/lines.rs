@@ -3,10 +3,11 @@
 use super::flow::{Flow, passes};
 use super::omission::{Omission, Omittable};
 use super::shrink::only;
-use super::{Plan, Settings};
+use super::{Direct, Plan, Settings};
 use crate::light::{Matrix, Row};
+use crate::optics::Lobe;
 use crate::rays::{Hit, Ray, Rays};
-use crate::scene::Scene;
+use crate::scene::{Luminaire, Scene};
 use glam::Vec3;
 
 /// Whether the visibility of direct light must be asked for.
@@ -110,6 +111,53 @@ pub(super) fn visibility(
     let rays = Rays::build(&only(scene, caster));
     let rays = if settings.keeps(Omittable::AllHits) { rays.without_shortcuts() } else { rays };
     (Visibility::Transmittance, Some(rays))
+}
+
+/// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
+const SUMMED_PUNCTUALS: usize = 16;
+
+/// By index: punctual luminaires that are all connected at every hit, and the others.
+pub(crate) fn summed_and_others(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
+    let all = 0..scene.luminaires.len() as u32;
+    let is_delta = |i: &u32| scene.luminaires[*i as usize].is_delta();
+    if all.clone().filter(is_delta).count() > SUMMED_PUNCTUALS {
+        return (Vec::new(), all.collect());
+    }
+    all.partition(is_delta)
+}
+
+/// Up to so many triangles shine in closed form at every hit: each costs half a connection.
+const CLOSED_FORMS: usize = 8;
+
+/// The luminaires, by index, whose irradiance is known wherever nothing hides them.
+pub(super) fn closed_form(
+    scene: &Scene,
+    settings: &Settings,
+    visibility: Visibility,
+    omissions: &mut Vec<Omission>,
+) -> Vec<u32> {
+    let (_, others) = summed_and_others(scene);
+    let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { .. });
+    let uniform = |lobe: &Lobe| lobe.is_delta() || matches!(lobe, Lobe::Diffuse(_));
+    let lobes = || scene.materials.iter().flat_map(|material| &material.bsdf.terms).map(|term| &term.lobe);
+    let asked = settings.direct == Direct::Connection && !settings.atlas;
+    let fits = asked && (1..=CLOSED_FORMS).contains(&others.len());
+    if settings.keeps(Omittable::LightSamples)
+        || !fits
+        || !others.iter().all(triangle)
+        || !lobes().all(uniform)
+    {
+        return Vec::new();
+    }
+    let rest = match visibility {
+        Visibility::Everywhere => "and nothing hides them: direct light has no noise",
+        Visibility::Transmittance => "so only what hides them is found by connections",
+    };
+    omissions.push(Omittable::LightSamples.because(format!(
+        "on diffuse surfaces the irradiance of {} triangles of luminaires has a closed form (Lambert's), {rest}",
+        others.len()
+    )));
+    others
 }
 
 impl Plan {

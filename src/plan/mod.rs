@@ -15,6 +15,7 @@ mod tests;
 
 pub use describe::Technique;
 pub use lines::Visibility;
+pub(crate) use lines::summed_and_others;
 pub use omission::{Omission, Omittable};
 pub use photons::{PhotonClasses, PhotonPlan};
 pub use settings::{Direct, Method, Settings};
@@ -40,6 +41,8 @@ pub struct Plan {
     pub photons: Option<PhotonPlan>,
     /// How connections see.
     pub visibility: Visibility,
+    /// Luminaires, by index, whose irradiance is known wherever nothing hides them.
+    pub closed_form: Vec<u32>,
     /// Whether there is an image.
     pub existence: Existence,
     /// What was left out.
@@ -87,6 +90,7 @@ impl Plan {
                 settings,
                 photons: None,
                 visibility: Visibility::Transmittance,
+                closed_form: Vec::new(),
                 existence,
                 omissions,
                 direct_because: direct_because.into(),
@@ -100,6 +104,7 @@ impl Plan {
         shrink::drop_unread(&mut scene, &flow, needs_photons, &settings, &mut omissions);
         let (rays, through) = lines::first_hits(&scene, rays, &flow, &settings, &mut omissions);
         let (visibility, casters) = lines::visibility(&scene, &flow, &settings, &mut omissions);
+        let closed_form = lines::closed_form(&scene, &settings, visibility, &mut omissions);
         let photons = photons::photon_plan(&scene, &flow, &settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), ..photons });
         let endless = existence.is_refuted() && settings.max_reflections.is_none();
@@ -111,6 +116,7 @@ impl Plan {
             settings,
             photons: None,
             visibility,
+            closed_form,
             existence,
             omissions,
             direct_because: direct_because.into(),

@@ -32,6 +32,8 @@ pub enum Omittable {
     Visibility,
     /// Surfaces that cast no shadow, in those queries.
     Casters,
+    /// Sampling luminaires whose irradiance has a closed form.
+    LightSamples,
     /// Queries for more than the first surface on a line.
     AllHits,
     /// Photons and their maps.
@@ -48,7 +50,7 @@ pub enum Omittable {
 
 impl Omittable {
     /// All of them, in the order in which plans look at them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Materials,
         Self::Matter,
         Self::Normals,
@@ -59,6 +61,7 @@ impl Omittable {
         Self::AllHits,
         Self::Visibility,
         Self::Casters,
+        Self::LightSamples,
         Self::Photons,
         Self::CausticPhotons,
         Self::IndirectPhotons,
@@ -78,6 +81,7 @@ impl Omittable {
             Self::Luminaires => "luminaires",
             Self::Visibility => "visibility",
             Self::Casters => "casters",
+            Self::LightSamples => "light-samples",
             Self::AllHits => "all-hits",
             Self::Photons => "photons",
             Self::CausticPhotons => "caustic-photons",

@@ -29,7 +29,7 @@ fn film(plan: &Plan, passes: u32) -> Film {
     let layers: &[Layer] =
         if plan.settings.invisible { &LAYERS } else { &[Layer::Visible, Layer::Emitted, Layer::Depth] };
     let mut film = Film::new(SIDE, SIDE, layers);
-    let connections = Connections::new(&plan.scene);
+    let connections = Connections::new(plan);
     let planes: Vec<Layer> = film.accumulated().chain([Layer::Bias]).collect();
     (0..passes).for_each(|pass| film.add(&render_pass(plan, &connections, pass, &planes).0));
     film
@@ -126,11 +126,64 @@ fn local_and_one_bounce_need_no_photons() {
         // The visible half of lamps is not sampled for: here all have the same share of it.
         let plan = Plan::new(scene.clone(), settings());
         assert!(plan.photons.is_none() && plan.rims.is_empty());
-        let everything = Plan::new(scene, Settings { keep_everything: true, ..settings() });
+        let everything = Plan::new(scene.clone(), Settings { keep_everything: true, ..settings() });
         assert!(everything.photons.is_some() && everything.omissions.is_empty());
-        same_bits(&name, &film(&plan, 2), &film(&everything, 2));
+        // Of what is left out only the sampling of luminaires draws random numbers.
+        let sampled = Plan::new(scene, keeping(&[Omittable::LightSamples]));
+        same_bits(&name, &film(&sampled, 2), &film(&everything, 2));
     }
     exact("local", &cornell(LOCAL), Omittable::Visibility, Alike::Bits, &settings());
+}
+
+#[test]
+fn luminaires_with_a_closed_form_are_not_sampled_for() {
+    for illumination in [LOCAL, ONE_BOUNCE, GLOBAL, Illumination::Square { s: 0.3, t: 0.6 }] {
+        let name = illumination.describe();
+        exact(&name, &cornell(illumination), Omittable::LightSamples, Alike::Noise(300), &settings());
+    }
+    exact("glass", &mixed(true, true).finish(), Omittable::LightSamples, Alike::Noise(300), &settings());
+    // In local matter nothing is left to chance but where in the pixel the ray goes.
+    let noise = |keep: &[Omittable]| {
+        let (mut build, _) = floor(LOCAL);
+        let lamp = build.material("Lamp", diffuse(0.0));
+        build.0.materials[lamp as usize].emission = glow(5.0);
+        build.quad(Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z, lamp);
+        build.0.camera = look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO);
+        build.0.camera.projection = Projection::Perspective { yfov: 0.01 };
+        film(&Plan::new(build.finish(), keeping(keep)), 20).relative_error().expect("several passes")
+    };
+    let (sampled, known) = (noise(&[Omittable::LightSamples]), noise(&[]));
+    assert!(known < 0.1 * sampled, "{known} {sampled}");
+    // Where things cast shadows it would be wrong to take it for all.
+    let right = Plan::new(cornell(ONE_BOUNCE), settings());
+    assert!(!right.closed_form.is_empty());
+    let blind =
+        forced(Plan::new(cornell(ONE_BOUNCE), settings()), |plan| plan.visibility = Visibility::Everywhere);
+    different("no shadows", &film(&right, 60), &film(&blind, 60));
+    // Many lamps, and lamps without extent, have none.
+    let mut many = cornell(LOCAL);
+    let lamp = many.luminaires[0];
+    many.luminaires.extend([lamp; 8]);
+    assert!(!omits(&Plan::new(many, settings()), Omittable::LightSamples));
+}
+
+#[test]
+fn light_that_changes_halves_on_its_way_is_connected() {
+    // The floor reads visible light alone, the lamp sends invisible light alone, and the pane between them turns one
+    // into the other.
+    let (mut build, floor) = floor(LOCAL);
+    build.0.materials[floor as usize].illumination = own([[0.0, 0.0], [0.0, 1.0]], Matrix::ZERO);
+    let pane = build.material("Pane", diffuse(0.0));
+    build.0.materials[pane as usize].illumination = own([[0.0; 2]; 2], Matrix::new([[0.0, 0.0], [1.0, 0.0]]));
+    build.quad(Vec3::new(-3.0, 0.5, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, pane);
+    lamp(&mut build, Vec3::Y * 1.5, Light::new(Vec3::splat(3.0), Vec3::ZERO));
+    build.0.camera = look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO);
+    build.0.camera.projection = Projection::Perspective { yfov: 0.1 };
+    let film = film(&Plan::new(build.finish(), settings()), 2);
+    let seen = film.mean(Layer::Visible)[(SIDE * SIDE / 2 + SIDE / 2) as usize];
+    // ρ / π times intensity over the square of the distance, at the middle of the floor.
+    let expected = 0.6 / std::f32::consts::PI * 3.0 / 2.25;
+    assert!((seen.x / expected - 1.0).abs() < 0.01, "{seen} for {expected}");
 }
 
 #[test]
@@ -353,7 +406,8 @@ fn lamps_that_light_nothing() {
     assert_eq!((scene.luminaires.len(), lean.scene.luminaires.len()), (4, 2));
     exact("seen lamp", &scene, Omittable::Luminaires, Alike::Noise(400), &settings());
     // It is seen all the same, bit for bit, and noise is far lower.
-    let full = Plan::new(scene, keeping(&[Omittable::Luminaires]));
+    let lean = Plan::new(scene.clone(), keeping(&[Omittable::LightSamples]));
+    let full = Plan::new(scene, keeping(&[Omittable::LightSamples, Omittable::Luminaires]));
     let (lean, full) = (film(&lean, 20), film(&full, 20));
     assert_eq!(lean.mean(Layer::Emitted), full.mean(Layer::Emitted));
     let variance = |film: &Film| {

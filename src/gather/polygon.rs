@@ -1,0 +1,157 @@
+//! The irradiance of a uniformly bright triangle that nothing hides: Lambert's closed form.
+//!
+//! E / L = ½ Σ γᵢ (n · mᵢ) over the edges of what of the triangle lies above the horizon, where γᵢ is the angle that
+//! edge i subtends and mᵢ the unit normal of the plane through it and the eye (J. H. Lambert 1760; J. Arvo 1995,
+//! *Analytic methods for simulated light transport*, eq. 4.14).
+
+use crate::optics::Normals;
+use glam::{DVec3, Vec3};
+
+/// Corners of a triangle that two planes may have cut.
+const CORNERS: usize = 5;
+
+/// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the triangle on the side of `up`: what its
+/// radiance is multiplied by for irradiance. As in [`Normals::same_side`], both normals must agree on the side.
+pub(super) fn projected_solid_angle(corners: [Vec3; 3], eye: Vec3, normals: &Normals, front: bool) -> f32 {
+    let side = if front { 1.0 } else { -1.0 };
+    let (geometric, shading) = (side * normals.geometric.as_dvec3(), side * normals.shading.as_dvec3());
+    let mut polygon = Polygon { corners: [DVec3::ZERO; CORNERS], count: 3 };
+    for (to, corner) in polygon.corners.iter_mut().zip(corners) {
+        *to = (corner - eye).as_dvec3();
+    }
+    polygon.cut(geometric);
+    if normals.shading != normals.geometric {
+        polygon.cut(shading);
+    }
+    (0.5 * polygon.edges(|a, b| vector_angle(a, b).dot(shading)).abs()) as f32
+}
+
+/// The angle between two vectors, rad, along the unit normal of their plane. Zero where they are parallel.
+fn vector_angle(a: DVec3, b: DVec3) -> DVec3 {
+    let across = a.cross(b);
+    let sine = across.length();
+    if sine == 0.0 { DVec3::ZERO } else { across * (sine.atan2(a.dot(b)) / sine) }
+}
+
+/// A convex polygon, seen from the origin.
+struct Polygon {
+    corners: [DVec3; CORNERS],
+    count: usize,
+}
+
+impl Polygon {
+    /// Keeps what lies on the side of `normal` of the plane through the origin.
+    fn cut(&mut self, normal: DVec3) {
+        let heights = self.corners.map(|corner| corner.dot(normal));
+        if heights[..self.count].iter().all(|height| *height >= 0.0) {
+            return;
+        }
+        let (whole, count) = (self.corners, self.count);
+        self.count = 0;
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let (a, b) = (heights[i], heights[j]);
+            if a >= 0.0 {
+                self.push(whole[i]);
+            }
+            if (a >= 0.0) != (b >= 0.0) {
+                self.push((whole[i] * b - whole[j] * a) / (b - a));
+            }
+        }
+    }
+
+    fn push(&mut self, corner: DVec3) {
+        self.corners[self.count] = corner;
+        self.count += 1;
+    }
+
+    fn edges(&self, value: impl Fn(DVec3, DVec3) -> f64) -> f64 {
+        (0..self.count).map(|i| value(self.corners[i], self.corners[(i + 1) % self.count])).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Rng, Stream, warp};
+
+    /// Form factor × π of a parallel rectangle a × b with a corner straight above, at height h (Lambert).
+    fn rectangle(a: f64, b: f64, h: f64) -> f64 {
+        let (x, y) = (a / h, b / h);
+        let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
+        0.5 * (x / p * (y / p).atan() + y / q * (x / q).atan())
+    }
+
+    fn two(corner: Vec3, a: Vec3, b: Vec3, normals: &Normals) -> f64 {
+        let triangles = [[corner, corner + a, corner + a + b], [corner, corner + a + b, corner + b]];
+        triangles
+            .iter()
+            .map(|corners| f64::from(projected_solid_angle(*corners, Vec3::ZERO, normals, true)))
+            .sum()
+    }
+
+    #[test]
+    fn of_a_rectangle_overhead() {
+        let up = Normals::flat(Vec3::Z);
+        for (a, b, h) in
+            [(1.0_f32, 1.0_f32, 1.0_f32), (0.01, 0.02, 3.0), (50.0, 20.0, 0.1), (1e-4, 1e-4, 1.0)]
+        {
+            let got = two(Vec3::new(0.0, 0.0, h), a * Vec3::X, b * Vec3::Y, &up);
+            let expected = rectangle(a.into(), b.into(), h.into());
+            assert!((got / expected - 1.0).abs() < 1e-6, "{a} x {b} at {h}: {got} for {expected}");
+            assert!((got / (1.02 * expected) - 1.0).abs() > 0.01);
+        }
+    }
+
+    #[test]
+    fn a_wall_that_reaches_below_the_horizon_counts_above_it() {
+        // A wall from −1 to 1 of height is as bright as its upper half.
+        let up = Normals::flat(Vec3::Z);
+        let wall = |z: f32| two(Vec3::new(2.0, -1.0, z), Vec3::new(0.0, 0.0, 1.0 - z), 2.0 * Vec3::Y, &up);
+        assert!((wall(-1.0) / wall(0.0) - 1.0).abs() < 1e-6, "{} {}", wall(-1.0), wall(0.0));
+        assert!(wall(0.0) > 0.0 && (wall(0.02) / wall(0.0) - 1.0).abs() > 1e-4);
+    }
+
+    #[test]
+    fn nothing_from_below_and_all_of_the_sky_from_a_huge_triangle() {
+        let up = Normals::flat(Vec3::Z);
+        let below = [Vec3::new(-1.0, -1.0, -1.0), Vec3::new(1.0, -1.0, -1.0), Vec3::new(0.0, 1.0, -1.0)];
+        assert_eq!(projected_solid_angle(below, Vec3::ZERO, &up, true), 0.0);
+        let seen_from_behind = projected_solid_angle(below, Vec3::ZERO, &up, false);
+        assert!(seen_from_behind > 0.1);
+        let far = 1e4_f32;
+        let sky = [Vec3::new(-far, -far, 1.0), Vec3::new(far, -far, 1.0), Vec3::new(0.0, far, 1.0)];
+        let all = projected_solid_angle(sky, Vec3::ZERO, &up, true);
+        assert!((all / std::f32::consts::PI - 1.0).abs() < 1e-3, "{all}");
+    }
+
+    #[test]
+    fn random_triangles_and_bent_normals_agree_with_counting_directions() {
+        let mut rng = Rng::new(11, Stream::Test, 0, 0);
+        for _ in 0..12 {
+            let mut place = || Vec3::from(rng.f32x3()) * 3.0 - 1.5;
+            let corners = [place(), place(), place()];
+            let bent = Normals::new(Vec3::Z, (Vec3::Z + 0.4 * place()).normalize());
+            let n = 400_000;
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..n {
+                let to = warp::sphere(rng.f32x2());
+                let [a, b, c] = corners;
+                let inside = |x: Vec3, y: Vec3| x.cross(y).dot(to);
+                let (p, q, r) = (inside(a, b), inside(b, c), inside(c, a));
+                let all = (p >= 0.0 && q >= 0.0 && r >= 0.0) || (p <= 0.0 && q <= 0.0 && r <= 0.0);
+                let across = (b - a).cross(c - a);
+                let meets = all && across.dot(a) * across.dot(to) > 0.0;
+                if meets && to.dot(bent.geometric) > 0.0 && to.dot(bent.shading) > 0.0 {
+                    let value = f64::from(4.0 * std::f32::consts::PI * to.dot(bent.shading));
+                    sum += value;
+                    squares += value * value;
+                }
+            }
+            let n = f64::from(n);
+            let (mean, error) = (sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());
+            let got = f64::from(projected_solid_angle(corners, Vec3::ZERO, &bent, true));
+            assert!((got - mean).abs() <= 4.0 * error + 1e-6, "{got} for {mean} ± {error}");
+        }
+    }
+}
