@@ -45,7 +45,7 @@ fn measured(name: &str, row: &Row) -> String {
             [full_planning, lean_planning].map(|seconds| format!("{:.1} ms once", 1e3 * seconds));
         return format!("| {name} | {} | {full} | {lean} | | | {} |", row.scene, row.why);
     }
-    let connections = [&lean, &full].map(|plan| Connections::new(plan));
+    let connections = [&lean, &full].map(Connections::new);
     let pass = |plan: &Plan, connections: &Connections, pass: u32| {
         timed(|| render_pass(plan, connections, pass, &[Layer::Visible, Layer::Bias]).0)
     };

@@ -217,7 +217,7 @@ mod tests {
         let (width, height) = (12, 6);
         let sample = |x: usize, y: usize| {
             let u = 1.0 + 0.1 * ((x * 7 + y * 5) % 4) as f32;
-            let seen = x < 4 || (x < 8 && (x * 13 + y * 11) % 3 == 0);
+            let seen = x < 4 || (x < 8 && (x * 13 + y * 11).is_multiple_of(3));
             [if seen { u } else { 0.0 }, u]
         };
         let pixels: Vec<[f32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| sample(x, y))).collect();
