@@ -62,7 +62,7 @@ pub struct CompareArgs {
     /// Measure against this EXR file instead of a reference made here; it needs its layer `error`
     #[arg(long, value_name = "FILE.exr", conflicts_with_all = ["reference_time", "reference_method"])]
     reference: Option<PathBuf>,
-    /// The longest time for making the reference; it ends as soon as its own error is ten times below those measured
+    /// The longest time for making the reference; it ends as soon as its bias plus a fifth of its noise (which is taken off what is measured) is ten times below those errors
     #[arg(long, value_name = "TIME", default_value = "120s", value_parser = duration)]
     reference_time: Duration,
     /// Who makes the reference: path (no bias) or photon (for caustics; its bias is measured and stated)
@@ -223,10 +223,9 @@ impl Comparing<'_> {
             let medians = medians(runs, &reference, &left_out);
             let smallest = medians.iter().map(|m| m.2).fold(f64::INFINITY, f64::min);
             self.say(&format!(
-                "  reference: {:.1} s, {} passes, own error {:.2e} (noise {:.2e}, bias {:.2e}), {:.1} times below {smallest:.2e}",
+                "  reference: {:.1} s, {} passes, noise {:.2e}, bias {:.2e}: bias and a fifth of the noise {:.1} times below {smallest:.2e}",
                 reference.seconds,
                 reference.passes,
-                own.total,
                 own.noise,
                 own.bias.unwrap_or(0.0),
                 smallest / own.total
@@ -336,8 +335,8 @@ fn refusal(scene: &SceneReport, given: bool) -> String {
         format!("give about --reference-time {:.0}s, it goes on from where it is", 1.2 * wanted)
     };
     format!(
-        "{}: the reference's own error (relMSE {:.1e}) is only {:.1} times below the smallest error measured, and must be \
-         {MARGIN} times below; {way_out}; too noisy for {}; compare.csv and compare.json have the raw runs",
+        "{}: the reference's own error (bias and a fifth of the noise: relMSE {:.1e}) is only {:.1} times below the smallest \
+         error measured, and must be {MARGIN} times below; {way_out}; too noisy for {}; compare.csv and compare.json have the raw runs",
         scene.scene,
         reference.own_error.total,
         reference.margin,

@@ -1,11 +1,12 @@
 //! The picture that others are measured against, with what is known about its own error.
 //!
-//! A reference is a long render by a method of its own seed. Its noise is the spread of its passes. Where photons
+//! A reference is a long render by a method of its own seed. Its noise is the spread of its passes; what it adds to
+//! errors measured against it is known in the mean, and taken off. Where photons
 //! make it, the finite radius adds a bias: in every fourth pass the same photons are gathered with twice the radius
 //! too, and the mean difference D bounds the bias, because a bias that grows at least in proportion to the radius
 //! is no larger than what doubling the radius adds to it.
 
-use super::Moments;
+use super::{Metrics, Moments};
 use crate::error::{Error, Result};
 use crate::film::{Header, Image, Layer, PassImage, Value, read_exr, write_image_exr};
 use crate::gather::Connections;
@@ -61,19 +62,48 @@ pub struct OwnError {
     /// The same of D², less the noise of D itself: an upper bound of the squared bias. None where nothing is known of it;
     /// 0 where there is none.
     pub bias: Option<f64>,
-    /// Both together.
+    /// What may be left of both in an error that is measured [less the noise](NoiseShare): the bias, and
+    /// [`NOISE_LEFT`] of the noise.
     pub total: f64,
 }
 
+/// The share of the reference's noise that is taken to be left when it is subtracted. The spread of its passes tells
+/// it to a percent or so, but rare bright samples may not have come yet.
+pub const NOISE_LEFT: f64 = 0.2;
+
+/// What the noise of the reference adds to errors measured against it, in the mean.
+///
+/// Runs and reference have seeds of their own, so E (x−r)² = (x−E r)² + Var r: the error against the reference
+/// without its noise is what is measured less the variance of its mean, which the spread of its passes tells.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct NoiseShare {
+    /// Of relMSE.
+    pub relmse: f64,
+    /// Of the mean square of x−r.
+    pub mse: f64,
+}
+
+impl NoiseShare {
+    /// Figures against the reference without its noise. Not below zero: an error that small drowns in the noise.
+    pub fn taken_off(&self, metrics: Metrics) -> Metrics {
+        Metrics {
+            relmse: (metrics.relmse - self.relmse).max(0.0),
+            rmse: (metrics.rmse * metrics.rmse - self.mse).max(0.0).sqrt(),
+            ..metrics
+        }
+    }
+}
+
 impl OwnError {
-    /// What the error of a reference by `method` will be after `factor` times the time. The noise of paths falls as 1/time, that
+    /// What `total` of a reference by `method` will be after `factor` times the time. The noise of paths falls as 1/time, that
     /// of photons as its power of -2/3 (Knaus & Zwicker 2011, α = 2/3). Their bias is greatest in strips as wide as
     /// the radius, along edges of surfaces and shadows, where it does not fall: in the mean it falls as the radius.
     pub fn after(&self, method: Method, factor: f64) -> f64 {
         if method == Method::Photon {
-            self.noise * factor.powf(-2.0 / 3.0) + self.bias.unwrap_or(0.0) * factor.powf(-1.0 / 6.0)
+            NOISE_LEFT * self.noise * factor.powf(-2.0 / 3.0)
+                + self.bias.unwrap_or(0.0) * factor.powf(-1.0 / 6.0)
         } else {
-            self.noise / factor
+            NOISE_LEFT * self.noise / factor
         }
     }
 }
@@ -117,7 +147,23 @@ impl Reference {
             None if self.method.starts_with("path") => Some(0.0),
             None => None,
         };
-        OwnError { noise, bias, total: noise + bias.unwrap_or(0.0) }
+        OwnError { noise, bias, total: NOISE_LEFT * noise + bias.unwrap_or(0.0) }
+    }
+
+    /// What its noise adds to the figures of [`compare`](super::compare), which has the same weights.
+    pub fn noise_share(&self, left_out: &[bool]) -> NoiseShare {
+        let (mut relmse, mut mse, mut count) = (0.0, 0.0, 0_usize);
+        for ((error, r), _) in self.error.iter().zip(&self.visible).zip(left_out).filter(|(_, out)| !**out) {
+            let (error, r) = (error.as_dvec3(), r.as_dvec3());
+            if !(error.is_finite() && r.is_finite()) {
+                continue;
+            }
+            relmse += (error * error / (r * r + DVec3::splat(1e-4))).element_sum();
+            mse += error.length_squared();
+            count += 3;
+        }
+        let count = count.max(1) as f64;
+        NoiseShare { relmse: relmse / count, mse: mse / count }
     }
 
     /// Mean over pixels and channels of v²/(r² + 0.01²), as relMSE, but with no r above the median of its neighbours:
@@ -152,11 +198,11 @@ impl Reference {
     }
 }
 
-/// The methods worth trying as reference of a scene: path tracing, which has no bias; and photons too where light reaches
-/// surfaces through mirrors or glass, which path tracing finds slowly.
+/// The methods worth trying as reference of a scene: path tracing, which has no bias; photons too where light reaches
+/// surfaces through mirrors or glass, which path tracing finds slowly, and where they need no photons and so have no bias.
 pub fn candidates(scene: &Scene, settings: &Settings) -> Vec<Method> {
     let plan = Plan::new(scene.clone(), Settings { method: Method::Photon, ..settings.clone() });
-    if plan.photons.is_some_and(|photons| photons.classes.caustic) {
+    if plan.photons.is_none_or(|photons| photons.classes.caustic) {
         vec![Method::Path, Method::Photon]
     } else {
         vec![Method::Path]
@@ -369,7 +415,11 @@ mod tests {
         let (after, counts) = (second.reference(), vec![false; 144]);
         assert!(after.passes > before.passes);
         let own = after.own_error(&counts);
-        assert!(own.noise > 0.0 && own.bias.is_some_and(|bias| bias >= 0.0) && own.total >= own.noise);
+        assert!(
+            own.noise > 0.0
+                && own.bias.is_some_and(|bias| bias >= 0.0)
+                && own.total >= NOISE_LEFT * own.noise
+        );
         let read = Reference::read(second.file()).unwrap();
         assert_eq!((read.passes, &read.visible), (after.passes, &after.visible));
     }
@@ -400,12 +450,55 @@ mod tests {
         };
         let none_out = vec![false; pixels];
         let truth = crate::measure::compare(&reference.visible, &vec![Vec3::ONE; pixels], None).relmse;
-        let own = reference.own_error(&none_out).total;
+        let own = reference.own_error(&none_out).noise;
         assert!(own > 0.5 * truth, "own {own}, truth {truth}");
         // What it would be without the median.
         let pairs = reference.error.iter().zip(&reference.visible);
         let naive: f64 = pairs.map(|(e, r)| f64::from(e.x / r.x).powi(2)).sum::<f64>() / pixels as f64;
         assert!(naive < 0.02 * truth, "naive {naive}, truth {truth}");
+    }
+
+    #[test]
+    fn errors_are_those_against_a_reference_without_noise() {
+        // A picture that is off by 2 % up and down, with noise of 1 %, against a reference of 3 % noise.
+        let (side, passes) = (64_u32, 25);
+        let pixels = (side * side) as usize;
+        let mut rng = crate::sampling::Rng::new(4, crate::sampling::Stream::Test, 0, 0);
+        let mut noise = |size: f64| {
+            let twelve: f32 = (0..12).map(|_| rng.f32()).sum();
+            size * f64::from(twelve - 6.0)
+        };
+        let truth: Vec<f64> = (0..pixels).map(|i| 0.1 + (i % 50) as f64 / 50.0).collect();
+        let mut moments = Moments::new(pixels);
+        for _ in 0..passes {
+            let picture: Vec<DVec3> = truth.iter().map(|r| DVec3::splat(r * (1.0 + noise(0.15)))).collect();
+            moments.add(picture);
+        }
+        let reference = Reference {
+            width: side,
+            height: side,
+            visible: moments.mean(),
+            error: moments.standard_error(),
+            emitted: None,
+            doubled: None,
+            method: "path".into(),
+            passes,
+            seconds: 1.0,
+            scene_hash: None,
+        };
+        let picture: Vec<Vec3> = truth
+            .iter()
+            .zip([1.02, 0.98].iter().cycle())
+            .map(|(r, off)| Vec3::splat((r * (off + noise(0.01))) as f32))
+            .collect();
+        let exact: Vec<Vec3> = truth.iter().map(|r| Vec3::splat(*r as f32)).collect();
+        let of = |against: &[Vec3]| crate::measure::compare(&picture, against, None);
+        let (raw, wanted) = (of(&reference.visible), of(&exact));
+        let none_out = vec![false; pixels];
+        let got = reference.noise_share(&none_out).taken_off(raw);
+        assert!(raw.relmse > 2.0 * wanted.relmse && raw.rmse > 1.4 * wanted.rmse);
+        assert!((got.relmse / wanted.relmse - 1.0).abs() < 0.08, "{got:?} for {wanted:?}");
+        assert!((got.rmse / wanted.rmse - 1.0).abs() < 0.04, "{got:?} for {wanted:?}");
     }
 
     #[test]

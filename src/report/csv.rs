@@ -17,7 +17,7 @@ pub fn csv(comparison: &Comparison) -> String {
 
 type Cell = fn(&SceneReport, &Row) -> String;
 
-const COLUMNS: [(&str, Cell); 25] = [
+const COLUMNS: [(&str, Cell); 26] = [
     ("scene", |scene, _| quoted(&scene.scene)),
     ("illumination", |scene, _| quoted(&scene.illumination)),
     ("scene_hash", |scene, _| scene.scene_hash.clone()),
@@ -31,6 +31,7 @@ const COLUMNS: [(&str, Cell); 25] = [
     ("camera_samples", |_, row| row.camera_samples.to_string()),
     ("rmse", |_, row| row.metrics.rmse.to_string()),
     ("relmse", |_, row| row.metrics.relmse.to_string()),
+    ("relmse_measured", |_, row| row.relmse_measured.to_string()),
     ("bias", |_, row| row.metrics.bias.to_string()),
     ("relative_bias", |_, row| row.metrics.relative_bias.map_or(String::new(), |bias| bias.to_string())),
     ("e_pixel", |_, row| row.metrics.e_pixel.to_string()),

@@ -83,7 +83,9 @@ pub struct ReferenceFacts {
     pub seconds: f64,
     /// As relMSE, in the pixels that count.
     pub own_error: OwnError,
-    /// The smallest median error measured over the reference's own.
+    /// What its noise has added to every relMSE measured, and was taken off.
+    pub noise_taken_off: f64,
+    /// The smallest median error measured over the total of its own.
     pub margin: f64,
     /// Rows (method and budget) whose error is less than ten times the reference's own.
     pub too_noisy_for: Vec<String>,
@@ -119,7 +121,9 @@ pub struct Row {
     pub photon_paths: u64,
     /// Camera samples in the picture.
     pub camera_samples: u64,
-    /// Error figures.
+    /// relMSE against the reference as it is, noise and all.
+    pub relmse_measured: f64,
+    /// Error figures; relMSE and RMSE less what the reference's noise adds.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// Mean FLIP.
@@ -200,7 +204,8 @@ pub const DEFINITIONS: [&str; 8] = [
      writing files and measuring errors are not counted. setup_seconds: the share of loading and planning.",
     "The run that has used the least time renders the next pass, over all methods and seeds; a picture is kept at the \
      end of the pass in which a budget is passed.",
-    "relmse: mean over pixels and channels of (x-r)^2 / (r^2 + 0.01^2). rmse, bias: of x-r. e_pixel: root mean square \
+    "relmse: mean over pixels and channels of (x-r)^2 / (r^2 + 0.01^2), less the same of the reference's variance, which is \
+     what its noise adds in the mean (relmse_measured has it still). rmse, also less it, and bias: of x-r. e_pixel: root mean square \
      over channels of the difference of displayed values, mean over pixels. mean_colour: largest channel of the \
      difference of displayed mean colours. flip: mean FLIP.",
     "Curves: median over seeds, band from the 10 % to the 90 % quantile (interpolated between seeds).",
@@ -208,7 +213,7 @@ pub const DEFINITIONS: [&str; 8] = [
     "Equal time and equal error: on the curves of medians, log-log between budgets, set-up included, never beyond the \
      last budget.",
     "Intervals: 95 %, percentile bootstrap over seeds (2000 resamples, the seeds of each method drawn on their own).",
-    "A reference whose own error is not ten times below the error measured (both as relMSE) is too noisy. Its noise is \
+    "A reference is too noisy for errors (as relMSE) that are less than ten times its bias plus twice its noise. Its noise is \
      the spread of its passes (over r^2 + 0.01^2, with no r above the median of its 3x3 neighbours, so that rare bright \
      samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes.",
 ];

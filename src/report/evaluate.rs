@@ -4,13 +4,14 @@ use super::data::{Curve, Interval, MaskFacts, Pair, Point, ReferenceFacts, Row, 
 use super::stats::{at, bootstrap, log_slope, median, quantile, reached};
 use crate::measure::mask::{brighter_than, dilated};
 use crate::measure::race::Run;
-use crate::measure::reference::{OwnError, Reference};
+use crate::measure::reference::{NoiseShare, OwnError, Reference};
 use crate::measure::{compare, flip};
 use crate::plan::Method;
 use crate::scene::Scene;
+use glam::Vec3;
 use rayon::prelude::*;
 
-/// How far the reference's own relMSE must lie below the errors measured.
+/// How far what may be left of the reference's own relMSE must lie below the errors measured.
 pub const MARGIN: f64 = 10.0;
 
 /// Which pixels are left out.
@@ -40,13 +41,16 @@ impl MaskRule {
     }
 }
 
-/// Median relMSE of each method at each budget.
+/// Median relMSE of each method at each budget, less the reference's noise.
 pub fn medians(runs: &[Run], reference: &Reference, left_out: &[bool]) -> Vec<(Method, f64, f64)> {
+    let noise = reference.noise_share(left_out);
+    let relmse =
+        |picture: &Vec<Vec3>| noise.taken_off(compare(picture, &reference.visible, Some(left_out))).relmse;
     let errors: Vec<Vec<f64>> = runs
         .par_iter()
         .map(|run| {
             let pictures = run.snapshots.iter().map(|snapshot| &snapshot.picture);
-            pictures.map(|picture| compare(picture, &reference.visible, Some(left_out)).relmse).collect()
+            pictures.map(relmse).collect()
         })
         .collect();
     let mut all = Vec::new();
@@ -96,8 +100,9 @@ pub fn evaluate(
         |relmse: f64| relmse.is_nan() || relmse < MARGIN * own_error.total || own_error.total.is_nan();
     let noisy: Vec<_> = medians.iter().filter(|(.., relmse)| too_noisy(*relmse)).collect();
     let is_noisy = |method: Method, budget: f64| noisy.iter().any(|n| n.0 == method && n.1 == budget);
-    let rows: Vec<Row> = runs.par_iter().flat_map_iter(|run| rows(run, reference, &left_out)).collect();
-    let mut rows = rows;
+    let noise = reference.noise_share(&left_out);
+    let rows = |run| rows(run, reference, &noise, &left_out);
+    let mut rows: Vec<Row> = runs.par_iter().flat_map_iter(rows).collect();
     for row in &mut rows {
         row.reference_too_noisy = noisy.iter().any(|n| n.0.name() == row.method && n.1 == row.budget);
     }
@@ -126,6 +131,7 @@ pub fn evaluate(
             passes: reference.passes,
             seconds: reference.seconds,
             own_error,
+            noise_taken_off: noise.relmse,
             margin: smallest / own_error.total,
             too_noisy_for: noisy
                 .iter()
@@ -142,7 +148,7 @@ pub fn evaluate(
     }
 }
 
-fn rows(run: &Run, reference: &Reference, left_out: &[bool]) -> Vec<Row> {
+fn rows(run: &Run, reference: &Reference, noise: &NoiseShare, left_out: &[bool]) -> Vec<Row> {
     let (width, height) = (reference.width, reference.height);
     let row = |snapshot: &crate::measure::race::Snapshot| {
         let metrics = compare(&snapshot.picture, &reference.visible, Some(left_out));
@@ -158,7 +164,8 @@ fn rows(run: &Run, reference: &Reference, left_out: &[bool]) -> Vec<Row> {
             passes: snapshot.passes,
             photon_paths: run.paths_per_pass * u64::from(snapshot.passes),
             camera_samples: run.samples_per_pass * u64::from(snapshot.passes),
-            metrics,
+            relmse_measured: metrics.relmse,
+            metrics: noise.taken_off(metrics),
             flip,
             reference_too_noisy: false,
         }

@@ -113,7 +113,7 @@ fn panel(comparison: &Comparison, scene: &SceneReport) -> String {
         let _ = writeln!(
             text,
             "<line class=\"own\" x1=\"{left}\" y1=\"{place:.1}\" x2=\"{right}\" y2=\"{place:.1}\"/>\n\
-             <text class=\"note\" x=\"{}\" y=\"{:.1}\">reference’s own error</text>",
+             <text class=\"note\" x=\"{}\" y=\"{:.1}\">what may be left of the reference’s error</text>",
             left + 8.0,
             place - 6.0
         );
