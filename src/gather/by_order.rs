@@ -14,7 +14,7 @@ use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint};
 use crate::shoot::{Orders, PathClass};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Where counting ends.
@@ -41,9 +41,10 @@ pub struct ByOrder {
     values: Vec<DVec3>,
     /// Places in `values` that are not zero.
     touched: Vec<u16>,
-    /// Photon power (W) of the query under way, and its places.
-    power: Vec<Vec3>,
-    met: Vec<u16>,
+    /// Photon power (W) of the query under way (the fourth number is spare: one addition of four is faster than three), and a
+    /// bit for each place that has some.
+    power: Vec<Vec4>,
+    met: Vec<u64>,
 }
 
 /// So many photons are summed in f32 before the sum is added to others in f64.
@@ -67,10 +68,10 @@ impl ByOrder {
             column: std::array::from_fn(|m| (m as u16).min(most.m.into())),
             orders,
             values: vec![DVec3::ZERO; weights.len()],
-            power: vec![Vec3::ZERO; weights.len()],
+            power: vec![Vec4::ZERO; weights.len()],
+            met: vec![0; weights.len().div_ceil(64)],
             weights,
             touched: Vec::new(),
-            met: Vec::new(),
         }
     }
 
@@ -101,25 +102,25 @@ impl ByOrder {
     }
 
     /// Adds the power of a photon (W) to the query under way.
-    #[inline]
-    fn meet(&mut self, place: u16, power: Vec3) {
+    #[inline(always)]
+    fn meet(&mut self, place: u16, power: Vec4) {
         let i = usize::from(place);
-        let sum = &mut self.power[i];
-        if *sum == Vec3::ZERO {
-            self.met.push(place);
-        }
-        *sum += power;
+        self.power[i] += power;
+        self.met[i / 64] |= 1 << (i % 64);
     }
 
     /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance. Returns its share at the film's point.
     fn add_met(&mut self, factor: Vec3) -> Vec3 {
         let mut seen = Vec3::ZERO;
-        let mut met = std::mem::take(&mut self.met);
-        for place in met.drain(..) {
-            let power = std::mem::take(&mut self.power[usize::from(place)]);
-            seen += self.add(place, factor * power);
+        for word in 0..self.met.len() {
+            let mut bits = std::mem::take(&mut self.met[word]);
+            while bits != 0 {
+                let place = 64 * word + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let power = std::mem::take(&mut self.power[place]);
+                seen += self.add(place as u16, factor * power.truncate());
+            }
         }
-        self.met = met;
         seen
     }
 
@@ -308,27 +309,33 @@ impl<P: Power> Walk<'_, P> {
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let by_order = &mut self.by_order;
             for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
-                let (mut value, mut inner, mut length) = (Vec3::ZERO, Vec3::ZERO, 0_u32);
+                let (mut value, mut inner, mut length) = (Vec3::ZERO, Vec4::ZERO, 0_u32);
                 let factor = f * reading.row.invisible;
                 let Some(disk) = self.maps.disk(class, point, normal, footprint) else { continue };
                 let whole = disk.over_whole;
-                self.maps.each(class, point, normal, &disk, |photon, half| {
-                    if photon.reflections <= most {
-                        let place = by_order.place(reading.orders, photon.orders);
-                        let power = photon.power.light().invisible;
-                        by_order.meet(place, power);
-                        if half > 0.0 {
-                            inner += half * by_order.weights[usize::from(place)] * power;
+                self.maps.each(class, point, normal, &disk, |photons, mut bits, near| {
+                    length += bits.count_ones();
+                    while bits != 0 {
+                        let lane = bits.trailing_zeros() as usize;
+                        bits &= bits - 1;
+                        let photon = &photons[lane];
+                        if photon.reflections <= most {
+                            let place = by_order.place(reading.orders, photon.orders);
+                            let power = photon.power.light().invisible.extend(0.0);
+                            by_order.meet(place, power);
+                            if near >> lane & 1 == 1 {
+                                inner += by_order.weights[usize::from(place)] * power;
+                            }
                         }
-                        length += 1;
-                        if length.is_multiple_of(RUN) {
-                            value += by_order.add_met(whole * factor);
-                        }
+                    }
+                    if length >= RUN {
+                        value += by_order.add_met(whole * factor);
+                        length = 0;
                     }
                 });
                 value += by_order.add_met(whole * factor);
                 *pixel.parts[0].of(class) += value;
-                pixel.bias += 2.0 * (value - factor * inner);
+                pixel.bias += 2.0 * (value - disk.over_half * factor * inner.truncate());
             }
         }
     }

@@ -94,25 +94,17 @@ impl<'a, P: Power> Maps<'a, P> {
         Some(Disk { radius, over_whole: 1.0 / whole, over_half: 1.0 / half })
     }
 
-    /// Calls `visit` with each photon of `class` on the disk, and what its power (W) is to be multiplied by for the
-    /// irradiance (W m⁻²) on the disk of half the radius.
+    /// Calls `visit` with the photons of `class` around the disk, up to sixteen at a time, a bit for each that lies on it, and
+    /// one for each that also lies on the disk of half the radius.
     pub(super) fn each(
         &self,
         class: PathClass,
         point: &SurfacePoint,
         normal: Vec3,
         disk: &Disk,
-        mut visit: impl FnMut(&Photon<P>, f32),
+        visit: impl FnMut(&[Photon<P>], u64, u64),
     ) {
-        let quarter = 0.25 * disk.radius * disk.radius;
-        self.by_class[class as usize].visit(
-            point.position,
-            normal,
-            disk.radius,
-            |photon, distance_squared| {
-                visit(photon, if distance_squared <= quarter { disk.over_half } else { 0.0 });
-            },
-        );
+        self.by_class[class as usize].visit_blocks(point.position, normal, disk.radius, visit);
     }
 }
 
@@ -123,7 +115,7 @@ pub(super) struct Disk {
     /// One over the area of surface within the radius, m⁻².
     pub over_whole: f32,
     /// The same for half the radius.
-    over_half: f32,
+    pub over_half: f32,
 }
 
 #[cfg(test)]

@@ -68,8 +68,8 @@ pub struct OwnError {
 }
 
 /// The share of the reference's noise that is taken to be left when it is subtracted. The spread of its passes tells
-/// it to a percent or so, but rare bright samples may not have come yet.
-pub const NOISE_LEFT: f64 = 0.2;
+/// it to a percent or so; rare bright samples that have not come yet make errors seem larger than they are, whoever made them.
+pub const NOISE_LEFT: f64 = 0.05;
 
 /// What the noise of the reference adds to errors measured against it, in the mean.
 ///

@@ -143,6 +143,26 @@ impl<P: Power> PhotonMap<P> {
         }));
     }
 
+    /// The same, up to sixteen photons at a time: a bit for each that counts, and one for each that also lies within half
+    /// the radius.
+    pub fn visit_blocks(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        radius: f32,
+        mut visit: impl FnMut(&[Photon<P>], u64, u64),
+    ) {
+        let disk = Disk::new(position, normal, radius);
+        dispatch!(self.level, simd => {
+            let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
+            self.near(simd, &disk, |block, squared, inside| {
+                let inner = inside & squared.simd_le(quarter);
+                let photons = &self.photons[LANES * block..];
+                visit(&photons[..LANES.min(photons.len())], inside.to_bitmask(), inner.to_bitmask());
+            });
+        });
+    }
+
     #[inline(always)]
     fn near<S: Simd>(&self, simd: S, disk: &Disk, mut visit: impl FnMut(usize, Lanes<S>, mask32x16<S>)) {
         if self.nodes.is_empty() {

@@ -213,7 +213,7 @@ pub const DEFINITIONS: [&str; 8] = [
     "Equal time and equal error: on the curves of medians, log-log between budgets, set-up included, never beyond the \
      last budget.",
     "Intervals: 95 %, percentile bootstrap over seeds (2000 resamples, the seeds of each method drawn on their own).",
-    "A reference is too noisy for errors (as relMSE) that are less than ten times its bias plus twice its noise. Its noise is \
+    "A reference is too noisy for errors (as relMSE) that are less than ten times its bias plus half of its noise. Its noise is \
      the spread of its passes (over r^2 + 0.01^2, with no r above the median of its 3x3 neighbours, so that rare bright \
      samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes.",
 ];
