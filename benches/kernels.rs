@@ -1,19 +1,19 @@
 //! Kernels, one core: Mrays/s are criterion's Melem/s. `cargo bench --bench kernels -- <filter>`
 
+mod ray_scene;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use halflight::light::Matrix;
-use halflight::optics::{Diffuse, Lobe};
 use halflight::rays::{Ray, Rays};
-use halflight::sampling::{Rng, Stream, warp};
-use halflight::scene::{Camera, Material, Mesh, Projection, Scene, Surface};
+use halflight::scene::Mesh;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
-use std::f32::consts::{PI, TAU};
+use ray_scene::{COUNT, scene, sets};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -22,101 +22,6 @@ criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(10).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(500));
     targets = rays
-}
-
-/// Rays per set.
-const COUNT: usize = 1 << 16;
-
-/// Two spheres of 250 000 triangles in a box of 12.
-fn scene(straight_of_spheres: Matrix) -> Scene {
-    let mut mesh = Mesh::default();
-    let mut add = |corners: [Vec3; 3], surface: u32| {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(corners);
-        mesh.normals.extend([Vec3::Z; 3]);
-        mesh.triangles.push([first, first + 1, first + 2]);
-        mesh.surface.push(surface);
-    };
-    for (centre, radius) in [(Vec3::new(-0.8, 0.3, 0.7), 0.7), (Vec3::new(0.7, -0.4, 0.9), 0.9)] {
-        let point = |i: usize, j: usize| {
-            let (phi, theta) = (TAU * i as f32 / 500.0, PI * j as f32 / 250.0);
-            centre + radius * Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-        };
-        for i in 0..500 {
-            for j in 0..250 {
-                let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
-                add([a, b, c], 1);
-                add([a, c, d], 1);
-            }
-        }
-    }
-    for axis in 0..3 {
-        for side in [-2.0, 2.0] {
-            let corner = |x: f32, y: f32| {
-                let mut p = Vec3::ZERO;
-                p[axis] = side;
-                p[(axis + 1) % 3] = x;
-                p[(axis + 2) % 3] = y;
-                p + Vec3::Z
-            };
-            let [a, b, c, d] = [corner(-2.0, -2.0), corner(2.0, -2.0), corner(2.0, 2.0), corner(-2.0, 2.0)];
-            add([a, b, c], 0);
-            add([a, c, d], 0);
-        }
-    }
-    let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-    let matter = |straight: Matrix| {
-        let mut matter =
-            Material::new("matter", Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true }));
-        matter.bsdf.straight = straight;
-        matter
-    };
-    Scene {
-        name: "two spheres in a box".to_owned(),
-        mesh,
-        surfaces: vec![surface(0), surface(1)],
-        materials: vec![matter(Matrix::ZERO), matter(straight_of_spheres)],
-        luminaires: Vec::new(),
-        camera: Camera::look_at(
-            Vec3::new(0.0, -1.95, 1.2),
-            Vec3::new(0.0, 0.0, 0.8),
-            Vec3::Z,
-            Projection::Perspective { yfov: 1.2 },
-        ),
-        origin: DVec3::ZERO,
-        illumination: None,
-        notes: Vec::new(),
-    }
-}
-
-/// Coherent camera rays; diffuse bounces from where they land; segments from there to a small luminaire.
-struct Sets {
-    primary: Vec<Ray>,
-    diffuse: Vec<Ray>,
-    shadow: Vec<Ray>,
-}
-
-fn sets(scene: &Scene, rays: &Rays) -> Sets {
-    let side = 256;
-    let mut rng = Rng::new(1, Stream::Test, 0, 0);
-    let mut sets = Sets { primary: Vec::new(), diffuse: Vec::new(), shadow: Vec::new() };
-    for i in 0..COUNT {
-        let (x, y) = ((i % side) as f32 + rng.f32(), (i / side) as f32 + rng.f32());
-        let (origin, direction) = scene.camera.ray(x / side as f32, y / side as f32, 1.0);
-        let ray = Ray { origin, direction, t_max: f32::INFINITY };
-        sets.primary.push(ray);
-        let hit = rays.closest(&ray).expect("the box is closed");
-        let point = scene.mesh.point(hit.triangle, hit.u, hit.v, false);
-        let n = point.normals.geometric;
-        let n = if n.dot(direction) > 0.0 { -n } else { n };
-        let direction = warp::to_world(n, warp::cosine_hemisphere(rng.f32x2()));
-        sets.diffuse.push(Ray { origin: point.origin_towards(direction), direction, t_max: f32::INFINITY });
-        let lamp = Vec3::new(0.3 * rng.f32(), 0.3 * rng.f32(), 2.9);
-        let origin = point.origin_towards(lamp - point.position);
-        let t_max = origin.distance(lamp);
-        sets.shadow.push(Ray { origin, direction: (lamp - origin) / t_max, t_max });
-    }
-    sets
 }
 
 fn rays(criterion: &mut Criterion) {

@@ -1,0 +1,155 @@
+//! How cost grows with triangles, photons and threads: the table of `docs/performance.md`, as Markdown.
+//!
+//! `cargo run --release --example scaling` goes to 10⁷ photons; `-- 8` to 10⁸ (12 GB of memory).
+
+use glam::{DVec3, Vec3};
+use halflight::film::Layer;
+use halflight::gather::Connections;
+use halflight::light::{Invisible, Light};
+use halflight::optics::{Diffuse, Lobe};
+use halflight::photon_map::PhotonMap;
+use halflight::plan::{Plan, Settings};
+use halflight::render::render_pass;
+use halflight::sampling::{Rng, Stream};
+use halflight::scene::{Camera, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
+use halflight::shoot::{Photon, shoot};
+use std::time::Instant;
+
+/// Each figure is the best of so many.
+const TRIES: usize = 5;
+
+fn main() {
+    let most: u32 = std::env::args().nth(1).map_or(7, |text| text.parse().expect("a power of ten"));
+    println!("| triangles | index, s | shooting, ns a path | growth |\n|---|---|---|---|");
+    let mut last: Option<f64> = None;
+    for halvings in [3, 5, 7, 9, 10] {
+        let scene = ball(halvings);
+        let triangles = scene.mesh.triangles.len();
+        let (index, plan) = best(1, || Plan::new(scene.clone(), Settings::default()));
+        let photons = plan.photons.clone().expect("global");
+        let (seconds, _) = best(TRIES, || shoot::<Invisible>(&plan, &photons, 0));
+        let path = 1e9 * seconds / f64::from(photons.paths);
+        println!("| {triangles} | {index:.2} | {path:.0} | {} |", growth(&mut last, path));
+    }
+    println!(
+        "\n| photons | map, ns a photon | query of about 100, ns a photon met | growth |\n|---|---|---|---|"
+    );
+    last = None;
+    for power in 4..=most {
+        let count = 10_usize.pow(power);
+        let photons = floor(count);
+        let (map_seconds, map) = best(if power < 8 { 3 } else { 1 }, || PhotonMap::build(photons.clone()));
+        let radius = (100.0 / (count as f32 * std::f32::consts::PI)).sqrt();
+        let mut rng = Rng::new(2, Stream::Test, 0, 0);
+        let places: Vec<Vec3> = (0..20_000).map(|_| rng.f32x2()).map(|[x, z]| Vec3::new(x, 0.0, z)).collect();
+        let met: usize = places.iter().map(|place| map.count(*place, Vec3::Y, radius)).sum();
+        let (seconds, _) = best(TRIES, || {
+            places.iter().map(|place| map.flux(*place, Vec3::Y, radius, u16::MAX).whole.0.x).sum::<f32>()
+        });
+        let query = 1e9 * seconds / met as f64;
+        let build = 1e9 * map_seconds / count as f64;
+        println!("| 10^{power} | {build:.1} | {query:.2} | {} |", growth(&mut last, query));
+    }
+    println!("\n| threads | caustic box, s a pass | speed |\n|---|---|---|");
+    let plan = Plan::new(Scene::load("builtin:caustic-box").expect("built in"), Settings::default());
+    let connections = Connections::new(&plan);
+    let mut one = None;
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let pass = || render_pass(&plan, &connections, 0, &[Layer::Visible]);
+        let (seconds, _) = pool.install(|| best(TRIES, pass));
+        println!("| {threads} | {seconds:.3} | {:.2} |", *one.get_or_insert(seconds) / seconds);
+    }
+}
+
+fn growth(last: &mut Option<f64>, value: f64) -> String {
+    last.replace(value).map_or(String::new(), |last| format!("{:.2}", value / last))
+}
+
+/// The shortest time, s.
+fn best<T>(tries: usize, work: impl Fn() -> T) -> (f64, T) {
+    let timed = || {
+        let begin = Instant::now();
+        let made = work();
+        (begin.elapsed().as_secs_f64(), made)
+    };
+    (1..tries).fold(timed(), |best, _| {
+        let next = timed();
+        if next.0 < best.0 { next } else { best }
+    })
+}
+
+/// A ball of 8·4ⁿ triangles in a room, lit by a point.
+fn ball(halvings: u32) -> Scene {
+    let mut mesh = Mesh::default();
+    let mut add = |corners: [Vec3; 3], surface: u32| {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(corners);
+        mesh.normals.extend([Vec3::Y; 3]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+        mesh.surface.push(surface);
+    };
+    for signs in 0..8 {
+        let sign = |bit: u32| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        let corners = [sign(0) * Vec3::X, sign(1) * Vec3::Y, sign(2) * Vec3::Z];
+        let outwards = sign(0) * sign(1) * sign(2) > 0.0;
+        let mut triangles = vec![if outwards { corners } else { [corners[0], corners[2], corners[1]] }];
+        for _ in 0..halvings {
+            triangles = triangles.into_iter().flat_map(in_four).collect();
+        }
+        triangles.into_iter().for_each(|corners| add(corners, 1));
+    }
+    for axis in 0..3 {
+        for side in [-3.0, 3.0] {
+            let corner = |x: f32, y: f32| {
+                let mut p = Vec3::ZERO;
+                (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, x, y);
+                p
+            };
+            let around = if side < 0.0 {
+                [corner(-3.0, -3.0), corner(3.0, -3.0), corner(3.0, 3.0), corner(-3.0, 3.0)]
+            } else {
+                [corner(-3.0, 3.0), corner(3.0, 3.0), corner(3.0, -3.0), corner(-3.0, -3.0)]
+            };
+            add([around[0], around[1], around[2]], 0);
+            add([around[0], around[2], around[3]], 0);
+        }
+    }
+    let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
+    let diffuse = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
+    let camera =
+        Camera::look_at(Vec3::new(0.0, 0.5, 2.9), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.9 });
+    let mut scene = Scene {
+        name: "ball".to_owned(),
+        mesh,
+        surfaces: vec![surface(0), surface(1)],
+        materials: ["Room", "Ball"].map(|name| Material::new(name, diffuse)).to_vec(),
+        luminaires: vec![Luminaire::Point {
+            position: Vec3::new(1.0, 2.5, 1.5),
+            intensity: Light::both(Vec3::ONE),
+        }],
+        camera,
+        origin: DVec3::ZERO,
+        illumination: None,
+        notes: Vec::new(),
+    };
+    scene.illuminate(Some(Illumination::GLOBAL), &[]).expect("no names");
+    scene
+}
+
+/// Both neighbours of an edge find the same middle.
+fn in_four([a, b, c]: [Vec3; 3]) -> [[Vec3; 3]; 4] {
+    let middle = |a: Vec3, b: Vec3| (a + b).normalize();
+    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
+/// Photons at random on a square of 1 m.
+fn floor(count: usize) -> Vec<Photon<Invisible>> {
+    let mut rng = Rng::new(1, Stream::Test, 0, 0);
+    let mut photon = || {
+        let [x, z] = rng.f32x2();
+        Photon::new(Vec3::new(x, 0.0, z), Vec3::Y, Invisible(Vec3::ONE), 1)
+    };
+    (0..count).map(|_| photon()).collect()
+}
