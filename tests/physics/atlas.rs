@@ -100,7 +100,7 @@ fn where_the_corner_has_no_image_others_have() {
     if left_to_the_long_run("pictures beside the frontier") {
         return;
     }
-    let many = atlas(&scene, settings(3, 60_000), PASSES);
+    let many = atlas(&scene, settings(3, 25_000), PASSES);
     for (s, t) in [(0.7, 1.0), (0.8, 0.5)] {
         let direct = render(&scene.at(s, t), settings(300, 60_000), PASSES);
         must_agree(&many, (s.into(), t.into()), &direct);
