@@ -38,12 +38,18 @@ fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
 
 /// The mixed picture is that of `direct`, and would not be if it were 2 % off.
 #[track_caller]
-fn must_agree(atlas: &Atlas, (s, t): (f64, f64), direct: &Render) {
+fn must_agree(atlas: &Atlas, point: (f64, f64), direct: &Render) {
+    must_agree_and_tell(atlas, point, direct, 0.02);
+}
+
+/// The mixed picture is that of `direct`, and would not be if it were off by the share `told`.
+#[track_caller]
+fn must_agree_and_tell(atlas: &Atlas, (s, t): (f64, f64), direct: &Render, told: f32) {
     let mixed = atlas.estimate(atlas.mix(s, t).expect("a picture")).expect("several passes");
     let direct = Estimate::from_film(direct.film()).expect("several passes");
     let verdict = agreement(&mixed, &direct, None);
     assert!(verdict.accepted(), "{s},{t}: {verdict:?}");
-    for factor in [0.98, 1.02] {
+    for factor in [1.0 - told, 1.0 + told] {
         let wrong = agreement(&scaled(&mixed, factor), &direct, None);
         assert!(!wrong.accepted(), "{s},{t}: too noisy to tell {factor}: {wrong:?}");
     }
@@ -101,9 +107,11 @@ fn where_the_corner_has_no_image_others_have() {
         return;
     }
     let many = atlas(&scene, settings(3, 25_000), PASSES);
-    for (s, t) in [(0.7, 1.0), (0.8, 0.5)] {
+    // An atlas of such a scene is noisier than a picture: much of its light is far along the series. Nearer to the frontier
+    // 2 % are not to be seen in minutes; what sharing powers out does there is tested without noise, in `atlas::nodes`.
+    for (s, t, told) in [(0.4, 1.0, 0.02), (0.7, 1.0, 0.05), (0.8, 0.5, 0.05)] {
         let direct = render(&scene.at(s, t), settings(300, 60_000), PASSES);
-        must_agree(&many, (s.into(), t.into()), &direct);
+        must_agree_and_tell(&many, (s.into(), t.into()), &direct, told);
     }
 }
 
