@@ -62,14 +62,17 @@ pub struct OwnError {
     /// The same of D², less the noise of D itself: an upper bound of the squared bias. None where nothing is known of it;
     /// 0 where there is none.
     pub bias: Option<f64>,
-    /// What may be left of both in an error that is measured [less the noise](NoiseShare): the bias, and
-    /// [`NOISE_LEFT`] of the noise.
+    /// What may be left of both in an error that is measured [less the noise](NoiseShare): the bias, and a twentieth of the
+    /// noise (and 2/N of it after N passes).
     pub total: f64,
 }
 
-/// The share of the reference's noise that is taken to be left when it is subtracted. The spread of its passes tells
-/// it to a percent or so; rare bright samples that have not come yet make errors seem larger than they are, whoever made them.
-pub const NOISE_LEFT: f64 = 0.05;
+/// The share of the reference's noise that is taken to be left when it is subtracted: one twentieth and, because the spread of N
+/// passes is itself known to √(2/N) in each pixel, 2/N. Rare bright samples that have not come yet make errors seem larger
+/// than they are, whoever made them.
+fn noise_left(passes: u32) -> f64 {
+    0.05 + 2.0 / f64::from(passes.max(1))
+}
 
 /// What the noise of the reference adds to errors measured against it, in the mean.
 ///
@@ -99,11 +102,11 @@ impl OwnError {
     /// of photons as its power of -2/3 (Knaus & Zwicker 2011, α = 2/3). Their bias is greatest in strips as wide as
     /// the radius, along edges of surfaces and shadows, where it does not fall: in the mean it falls as the radius.
     pub fn after(&self, method: Method, factor: f64) -> f64 {
+        let noise = noise_left(u32::MAX) * self.noise;
         if method == Method::Photon {
-            NOISE_LEFT * self.noise * factor.powf(-2.0 / 3.0)
-                + self.bias.unwrap_or(0.0) * factor.powf(-1.0 / 6.0)
+            noise * factor.powf(-2.0 / 3.0) + self.bias.unwrap_or(0.0) * factor.powf(-1.0 / 6.0)
         } else {
-            NOISE_LEFT * self.noise / factor
+            noise / factor
         }
     }
 }
@@ -147,7 +150,8 @@ impl Reference {
             None if self.method.starts_with("path") => Some(0.0),
             None => None,
         };
-        OwnError { noise, bias, total: NOISE_LEFT * noise + bias.unwrap_or(0.0) }
+        let total = noise_left(self.passes) * noise + bias.unwrap_or(0.0);
+        OwnError { noise, bias, total }
     }
 
     /// What its noise adds to the figures of [`compare`](super::compare), which has the same weights.
@@ -415,11 +419,7 @@ mod tests {
         let (after, counts) = (second.reference(), vec![false; 144]);
         assert!(after.passes > before.passes);
         let own = after.own_error(&counts);
-        assert!(
-            own.noise > 0.0
-                && own.bias.is_some_and(|bias| bias >= 0.0)
-                && own.total >= NOISE_LEFT * own.noise
-        );
+        assert!(own.noise > 0.0 && own.bias.is_some_and(|bias| bias >= 0.0) && own.total > 0.05 * own.noise);
         let read = Reference::read(second.file()).unwrap();
         assert_eq!((read.passes, &read.visible), (after.passes, &after.visible));
     }

@@ -213,7 +213,8 @@ pub const DEFINITIONS: [&str; 8] = [
     "Equal time and equal error: on the curves of medians, log-log between budgets, set-up included, never beyond the \
      last budget.",
     "Intervals: 95 %, percentile bootstrap over seeds (2000 resamples, the seeds of each method drawn on their own).",
-    "A reference is too noisy for errors (as relMSE) that are less than ten times its bias plus half of its noise. Its noise is \
+    "A reference is too noisy for errors (as relMSE) that are less than ten times what may be left of it: its bias, and a twentieth of \
+     its noise plus 2/N of it after N passes. Its noise is \
      the spread of its passes (over r^2 + 0.01^2, with no r above the median of its 3x3 neighbours, so that rare bright \
      samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes.",
 ];
