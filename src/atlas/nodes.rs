@@ -260,7 +260,8 @@ mod tests {
     #[test]
     fn pictures_are_those_of_the_whole_series() {
         // Light that is multiplied by a + b t from one reflection to the next: L[n][m] is binomial.
-        for (a, b, allowed) in [(0.6, 0.2, 1e-4), (0.6, 0.39, 3e-4), (0.95, 0.196, 1.5e-3), (0.8, 0.5, 5e-3)]
+        for (a, b, allowed) in
+            [(0.6, 0.2, 1e-4), (0.6, 0.39, 3e-4), (0.95, 0.196, 1.5e-3), (0.8, 0.5, 5e-3), (0.8, 1.2, 0.1)]
         {
             let kappa = |t: f64| a + b * t;
             let frontier = frontier(kappa);

@@ -62,11 +62,13 @@ pub struct CompareArgs {
     /// Measure against this EXR file instead of a reference made here; it needs its layer `error`
     #[arg(long, value_name = "FILE.exr", conflicts_with_all = ["reference_time", "reference_method"])]
     reference: Option<PathBuf>,
-    /// The longest time for making the reference; it ends as soon as its bias plus a twentieth of its noise (which is taken off what is measured) is ten times below those errors
+    /// The longest time for making the reference; it ends as soon as its bias and what may be left of its noise (which is
+    /// taken off the errors) are ten times below them
     #[arg(long, value_name = "TIME", default_value = "120s", value_parser = duration)]
     reference_time: Duration,
     /// Who makes the reference: path (no bias) or photon (for caustics; its bias is measured and stated)
-    /// [default: path; where light reaches surfaces through mirrors or glass the one that promises the smaller error]
+    /// [default: path; where light reaches surfaces through mirrors or glass, or no photons are needed, the one that
+    /// promises the smaller error]
     #[arg(long, value_name = "NAME")]
     reference_method: Option<String>,
     /// Where references are kept and taken up again [default: `cache` in the output folder]
@@ -223,7 +225,7 @@ impl Comparing<'_> {
             let medians = medians(runs, &reference, &left_out);
             let smallest = medians.iter().map(|m| m.2).fold(f64::INFINITY, f64::min);
             self.say(&format!(
-                "  reference: {:.1} s, {} passes, noise {:.2e}, bias {:.2e}: bias and a twentieth of the noise {:.1} times below {smallest:.2e}",
+                "  reference: {:.1} s, {} passes, noise {:.2e}, bias {:.2e}: what may be left is {:.1} times below {smallest:.2e}",
                 reference.seconds,
                 reference.passes,
                 own.noise,
@@ -335,7 +337,7 @@ fn refusal(scene: &SceneReport, given: bool) -> String {
         format!("give about --reference-time {:.0}s, it goes on from where it is", 1.2 * wanted)
     };
     format!(
-        "{}: the reference's own error (bias and a twentieth of the noise: relMSE {:.1e}) is only {:.1} times below the smallest \
+        "{}: the reference's own error (bias and what may be left of its noise: relMSE {:.1e}) is only {:.1} times below the smallest \
          error measured, and must be {MARGIN} times below; {way_out}; too noisy for {}; compare.csv and compare.json have the raw runs",
         scene.scene,
         reference.own_error.total,

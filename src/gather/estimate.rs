@@ -110,7 +110,7 @@ impl<'a, P: Power> Maps<'a, P> {
         disk: &Disk,
         visit: impl FnMut(&[Photon<P>], u64, u64),
     ) {
-        self.by_class[class as usize].visit_blocks(point.position, normal, disk.radius, visit);
+        self.by_class[class as usize].visit(point.position, normal, disk.radius, visit);
     }
 }
 

@@ -142,11 +142,11 @@ impl Reference {
 
     /// Its own error over the pixels that are not `left_out`.
     pub fn own_error(&self, left_out: &[bool]) -> OwnError {
-        let noise = self.relative_square(&self.error, left_out);
+        let calm = self.calm();
+        let square = |plane: &[Vec3]| relative_square(plane, &calm, left_out);
+        let noise = square(&self.error);
         let bias = match &self.doubled {
-            Some((d, error)) => {
-                Some((self.relative_square(d, left_out) - self.relative_square(error, left_out)).max(0.0))
-            }
+            Some((d, error)) => Some((square(d) - square(error)).max(0.0)),
             None if self.method.starts_with("path") => Some(0.0),
             None => None,
         };
@@ -156,35 +156,18 @@ impl Reference {
 
     /// What its noise adds to the figures of [`compare`](super::compare), which has the same weights.
     pub fn noise_share(&self, left_out: &[bool]) -> NoiseShare {
-        let (mut relmse, mut mse, mut count) = (0.0, 0.0, 0_usize);
-        for ((error, r), _) in self.error.iter().zip(&self.visible).zip(left_out).filter(|(_, out)| !**out) {
-            let (error, r) = (error.as_dvec3(), r.as_dvec3());
-            if !(error.is_finite() && r.is_finite()) {
-                continue;
-            }
-            relmse += (error * error / (r * r + DVec3::splat(1e-4))).element_sum();
-            mse += error.length_squared();
-            count += 3;
+        let counted = self.error.iter().zip(left_out).filter(|(_, out)| !**out).map(|(error, _)| error);
+        let (sum, count) = counted
+            .fold((0.0, 0.0), |(sum, count), error| (sum + error.as_dvec3().length_squared(), count + 3.0));
+        NoiseShare {
+            relmse: relative_square(&self.error, &self.visible, left_out),
+            mse: sum / f64::max(count, 1.0),
         }
-        let count = count.max(1) as f64;
-        NoiseShare { relmse: relmse / count, mse: mse / count }
     }
 
-    /// Mean over pixels and channels of v²/(r² + 0.01²), as relMSE, but with no r above the median of its neighbours:
-    /// a pixel that one rare bright sample has spoiled has a large error and is itself as large, and would otherwise
-    /// count as one of 100 % at the most, where it is thousands.
-    fn relative_square(&self, plane: &[Vec3], left_out: &[bool]) -> f64 {
-        let calm = self.calm();
-        let (mut sum, mut count) = (0.0, 0_usize);
-        for ((v, r), _) in plane.iter().zip(&calm).zip(left_out).filter(|(_, out)| !**out) {
-            let (v, r) = (v.as_dvec3(), r.as_dvec3());
-            sum += (v * v / (r * r + DVec3::splat(1e-4))).element_sum();
-            count += 3;
-        }
-        sum / count.max(1) as f64
-    }
-
-    /// The picture with each channel no greater than the median of its 3×3 neighbourhood.
+    /// The picture with each channel no greater than the median of its 3×3 neighbourhood: a pixel that one rare bright
+    /// sample has spoiled has a large error and is itself as large, and would otherwise count as one of 100 % at the most,
+    /// where it is thousands.
     fn calm(&self) -> Vec<Vec3> {
         let (width, height) = (self.width as usize, self.height as usize);
         let near = |i: usize, end: usize| i.saturating_sub(1)..=(i + 1).min(end - 1);
@@ -200,6 +183,17 @@ impl Reference {
         };
         (0..self.visible.len()).into_par_iter().map(pixel).collect()
     }
+}
+
+/// Mean over pixels that are not `left_out` and channels of v²/(r² + 0.01²), as relMSE.
+fn relative_square(plane: &[Vec3], against: &[Vec3], left_out: &[bool]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for ((v, r), _) in plane.iter().zip(against).zip(left_out).filter(|(_, out)| !**out) {
+        let (v, r) = (v.as_dvec3(), r.as_dvec3());
+        sum += (v * v / (r * r + DVec3::splat(1e-4))).element_sum();
+        count += 3;
+    }
+    sum / count.max(1) as f64
 }
 
 /// The methods worth trying as reference of a scene: path tracing, which has no bias; photons too where light reaches
@@ -402,6 +396,22 @@ mod tests {
         Settings { width: 12, height: 12, paths: Some(2000), ..Settings::default() }
     }
 
+    /// A square picture made of passes.
+    fn of_passes(side: u32, moments: &Moments) -> Reference {
+        Reference {
+            width: side,
+            height: side,
+            visible: moments.mean(),
+            error: moments.standard_error(),
+            emitted: None,
+            doubled: None,
+            method: "path".into(),
+            passes: moments.passes(),
+            seconds: 1.0,
+            scene_hash: None,
+        }
+    }
+
     #[test]
     fn it_is_kept_taken_up_and_goes_on() {
         let folder = tempfile::tempdir().unwrap();
@@ -436,18 +446,7 @@ mod tests {
                 (0..pixels).map(|_| DVec3::splat(if rng.f32() < 0.0005 { 1000.0 } else { 0.5 })).collect();
             moments.add(picture);
         }
-        let reference = Reference {
-            width: side,
-            height: side,
-            visible: moments.mean(),
-            error: moments.standard_error(),
-            emitted: None,
-            doubled: None,
-            method: "path".into(),
-            passes,
-            seconds: 1.0,
-            scene_hash: None,
-        };
+        let reference = of_passes(side, &moments);
         let none_out = vec![false; pixels];
         let truth = crate::measure::compare(&reference.visible, &vec![Vec3::ONE; pixels], None).relmse;
         let own = reference.own_error(&none_out).noise;
@@ -474,18 +473,7 @@ mod tests {
             let picture: Vec<DVec3> = truth.iter().map(|r| DVec3::splat(r * (1.0 + noise(0.15)))).collect();
             moments.add(picture);
         }
-        let reference = Reference {
-            width: side,
-            height: side,
-            visible: moments.mean(),
-            error: moments.standard_error(),
-            emitted: None,
-            doubled: None,
-            method: "path".into(),
-            passes,
-            seconds: 1.0,
-            scene_hash: None,
-        };
+        let reference = of_passes(side, &moments);
         let picture: Vec<Vec3> = truth
             .iter()
             .zip([1.02, 0.98].iter().cycle())
@@ -506,6 +494,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let scene = Scene::load("builtin:cornell-spheres").unwrap();
         assert_eq!(candidates(&scene, &settings()), [Method::Path]);
+        assert_eq!(candidates(&scene.at(0.0, 1.0), &settings()), [Method::Path, Method::Photon], "local");
         let file = |settings: &Settings, method| {
             let maker = ReferenceMaker::new(&scene, settings, method, folder.path()).unwrap();
             maker.file().to_owned()

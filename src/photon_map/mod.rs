@@ -125,27 +125,13 @@ impl<P: Power> PhotonMap<P> {
     /// How many photons [`flux`](Self::flux) meets.
     pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
         let mut count = 0;
-        self.visit(position, normal, radius, |_, _| count += 1);
+        self.visit(position, normal, radius, |_, inside, _| count += inside.count_ones() as usize);
         count
     }
 
-    /// Shows each photon that [`flux`](Self::flux) meets and its squared distance, in the order of the tree.
-    pub fn visit(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(&Photon<P>, f32)) {
-        let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => self.near(simd, &disk, |block, squared, inside| {
-            let mut bits = inside.to_bitmask();
-            let squared = squared.to_array();
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize % LANES;
-                bits &= bits - 1;
-                visit(&self.photons[LANES * block + lane], squared[lane]);
-            }
-        }));
-    }
-
-    /// The same, up to sixteen photons at a time: a bit for each that counts, and one for each that also lies within half
-    /// the radius.
-    pub fn visit_blocks(
+    /// Shows the photons around the disk that [`flux`](Self::flux) adds up, at most sixteen at a time and in the order of
+    /// the tree: a bit for each that counts, and one for each that also lies within half the radius.
+    pub fn visit(
         &self,
         position: Vec3,
         normal: Vec3,
@@ -303,8 +289,9 @@ mod tests {
                 }
             });
             let mut ours = Vec::new();
-            map.visit(Vec3::from_array(place), normal, r, |photon, _| {
-                ours.push(photon.position.to_array().map(f32::to_bits));
+            map.visit(Vec3::from_array(place), normal, r, |photons, inside, _| {
+                let counted = photons.iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
+                ours.extend(counted.map(|(_, photon)| photon.position.to_array().map(f32::to_bits)));
             });
             theirs.sort_unstable();
             ours.sort_unstable();

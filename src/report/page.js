@@ -33,7 +33,7 @@ function tables(section, scene) {
   const noisy = reference.too_noisy_for;
   section.querySelector(".about").innerHTML = `Reference: ${escaped(reference.origin)}; ${reference.passes} passes, ${digits(reference.seconds)} s; ` +
     `its own error, as relMSE: noise ${digits(reference.own_error.noise)} (what it adds, ${digits(reference.noise_taken_off)}, is taken off), ${biasWords}; ` +
-    `bias and a twentieth of the noise are ${digits(reference.margin)} times below the smallest error measured. ` +
+    `what may be left of both is ${digits(reference.margin)} times below the smallest error measured. ` +
     `Left out: ${percent(mask.share)} of the pixels (${escaped(mask.rule)}).` +
     (noisy.length ? `</p><p class="warning">Reference too noisy for ${escaped(noisy.join(", "))}.` : "");
   const ahead = scene.pairs.map((pair) => [`${named(pair.a)} against ${named(pair.b)}`, `${fixed(pair.seconds, 1)} s`,

@@ -163,6 +163,20 @@ fn error_bars_hold_between_the_points_where_they_were_measured() {
 }
 
 #[test]
+fn beside_the_frontier_sharing_powers_out_changes_little() {
+    // The film is read at the point without sharing, from the same photons and camera rays: no noise is between them.
+    let corner = supercritical();
+    for (s, t) in [(0.4_f32, 1.0_f32), (0.7, 1.0), (0.8, 0.5)] {
+        let with = render(&corner.at(s, t), Settings { atlas: true, ..settings(8, 4_000) }, 8);
+        let mixed = with.atlas().expect("asked for").mix(s.into(), t.into()).expect("a picture").visible;
+        let sum = |picture: &[Vec3]| picture.iter().map(|rgb| rgb.as_dvec3().element_sum()).sum::<f64>();
+        let off = sum(&mixed) / sum(&with.film().mean(Layer::Visible)) - 1.0;
+        println!("{s},{t}: off by {off:.1e}");
+        assert!(off.abs() < 2e-3, "{s},{t}: off by {off:.1e}");
+    }
+}
+
+#[test]
 fn a_truncated_series_has_all_pictures() {
     // Also where the whole series has no sum; the same photons are shot for both.
     let scene = supercritical();
