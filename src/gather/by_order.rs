@@ -12,7 +12,7 @@ use crate::optics::{Lobe, Term};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
-use crate::scene::{Material, SurfacePoint};
+use crate::scene::{Material, SurfacePoint, View};
 use crate::shoot::{Orders, PathClass};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -150,6 +150,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
     records: &mut [f32],
     add: impl Fn(&mut [f32], &ByOrder, &mut T) + Sync,
 ) -> (Gathered<1>, Vec<T>) {
+    let view = plan.scene.camera.view(plan.settings.width as f32 / plan.settings.height as f32);
     let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
     let stride = records.len() / (width * height);
     let mut pixels = vec![Pixel::<1>::EMPTY; width * height];
@@ -159,6 +160,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
             let by_order = ByOrder::new(most, at);
             let mut walk = Walk {
                 plan,
+                view,
                 connections,
                 maps,
                 by_order,
@@ -222,6 +224,7 @@ struct Here<'a> {
 
 struct Walk<'a, P> {
     plan: &'a Plan,
+    view: View,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
     by_order: ByOrder,
@@ -237,8 +240,7 @@ impl<P: Power> Walk<'_, P> {
         let settings = &self.plan.settings;
         let (width, height) = (settings.width as f32, settings.height as f32);
         let [jx, jy] = rng.f32x2();
-        let (origin, direction) =
-            self.plan.scene.camera.ray((x as f32 + jx) / width, (y as f32 + jy) / height, width / height);
+        let (origin, direction) = self.view.ray((x as f32 + jx) / width, (y as f32 + jy) / height);
         let mut pixel = Pixel::EMPTY;
         let parent = Parent { rows: [Row::VISIBLE], delta_chain: 0, share: 1.0 };
         self.stack.push(Line { origin, direction, parent, orders: Orders::default(), travelled: 0.0 });
@@ -303,7 +305,7 @@ impl<P: Power> Walk<'_, P> {
                 self.connect(reading, term, here, &mut pixel.parts[0], rng);
             }
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
-            let footprint = self.plan.scene.camera.footprint(here.travelled, self.plan.settings.height);
+            let footprint = self.view.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);

@@ -1,6 +1,6 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 
-use super::polygon::projected_solid_angle;
+use super::polygon::Facet;
 use crate::light::Light;
 use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Ray;
@@ -8,6 +8,7 @@ use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
 use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::ops::Add;
 
 /// Light that arrives at a camera hit along one connection.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +26,8 @@ pub struct Connection {
 pub struct Connections {
     /// Punctual luminaires that are all connected at every hit, by index.
     every: Vec<u32>,
-    /// Triangles whose irradiance is known where nothing hides them, by luminaire index.
-    closed_form: Vec<u32>,
+    /// What has an irradiance that is known where nothing hides it.
+    closed_form: Vec<Facet>,
     /// Luminaires of which one is chosen, by index, with cumulative probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
     cumulative: Vec<f64>,
@@ -38,7 +39,7 @@ impl Connections {
         let scene = &plan.scene;
         let (_, radius) = scene.bounding_sphere();
         let (every, others) = summed_and_others(scene);
-        let closed_form = plan.closed_form.clone();
+        let closed_form = Facet::of(scene, &plan.closed_form);
         let (mut one_of, mut cumulative) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
         // Where nothing is hidden the closed form is all.
@@ -77,25 +78,13 @@ impl Connections {
 
     /// Irradiance (W m⁻²) on the side of `wo`, of both halves, of the luminaires that have a closed form, as if nothing hid
     /// them.
-    pub(super) fn unhidden(&self, scene: &Scene, point: &SurfacePoint, wo: Vec3) -> Light {
-        let mut sum = Light::ZERO;
-        for &i in &self.closed_form {
-            let Luminaire::Triangle { triangle, emission, .. } = scene.luminaires[i as usize] else {
-                continue;
-            };
-            let corners = scene.mesh.corners(triangle);
-            let front = scene.mesh.point(triangle, 0.0, 0.0, false).normals.geometric;
-            if emission.two_sided || front.dot(point.position - corners[0]) > 0.0 {
-                let factor = projected_solid_angle(
-                    corners,
-                    point.position,
-                    &point.normals,
-                    point.normals.is_front(wo),
-                );
-                sum += factor * emission.radiance;
-            }
-        }
-        sum
+    pub(super) fn unhidden(&self, point: &SurfacePoint, wo: Vec3) -> Light {
+        let front = point.normals.is_front(wo);
+        let shine = self.closed_form.iter().filter(|facet| facet.shines_on(point.position));
+        let light = shine.map(|facet| {
+            facet.projected_solid_angle(point.position, &point.normals, front) * facet.emission.radiance
+        });
+        light.fold(Light::ZERO, Light::add)
     }
 
     /// True when some luminaires have a closed form.

@@ -33,7 +33,7 @@ pub(super) struct Open<'a, const R: usize> {
     pub point: SurfacePoint,
     pub wo: Vec3,
     /// Its connections are points of this sequence; the first is point zero.
-    pub sobol: Sobol,
+    pub sobol: Sobol<3>,
 }
 
 /// A hit whose first connection is made.
@@ -82,7 +82,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         let whole = match open.term.lobe {
             Lobe::Diffuse(diffuse) if self.connections.has_closed_form() => {
                 let f = diffuse.eval(&open.point.normals, open.wo, open.wo); // Lambert: the same for every wi
-                let light = f * self.connections.unhidden(scene, &open.point, open.wo);
+                let light = f * self.connections.unhidden(&open.point, open.wo);
                 if light.is_zero() {
                     return; // all of them are below the horizon
                 }

@@ -22,7 +22,7 @@ use crate::optics::{Bsdf, Lobe, Normals};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream};
-use crate::scene::SurfacePoint;
+use crate::scene::{SurfacePoint, View};
 use crate::shoot::PathClass;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -96,11 +96,13 @@ pub fn gather<P: Power, const R: usize>(
     pass: u32,
 ) -> Gathered<R> {
     let (width, height) = (plan.settings.width, plan.settings.height);
+    let view = plan.scene.camera.view(width as f32 / height as f32);
     let (width, height) = (width as usize, height as usize);
     let mut pixels = vec![Pixel::<R>::EMPTY; width * height];
     pixels.par_chunks_mut(width * TILE).enumerate().for_each(|(band, rows)| {
         let mut walk = Walk {
             plan,
+            view,
             connections,
             maps,
             growth: plan.existence.growth().max(1.0),
@@ -165,6 +167,7 @@ struct Here<'s, 'a, const R: usize> {
 
 struct Walk<'a, P, const R: usize> {
     plan: &'a Plan,
+    view: View,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
     /// By so much, or less, lines multiply from one delta reflection to the next.
@@ -182,8 +185,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         let settings = &self.plan.settings;
         let (width, height) = (settings.width as f32, settings.height as f32);
         let [jx, jy] = rng.f32x2();
-        let (origin, direction) =
-            self.plan.scene.camera.ray((x as f32 + jx) / width, (y as f32 + jy) / height, width / height);
+        let (origin, direction) = self.view.ray((x as f32 + jx) / width, (y as f32 + jy) / height);
         let mut pixel = Pixel::EMPTY;
         // paper eq. 8: a pixel shows [0 1] L
         let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
@@ -249,12 +251,12 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
                 continue;
             }
             if self.plan.settings.direct == Direct::Connection {
-                let sobol = Sobol::new(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+                let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
                 let open = Open { pixel: here.pixel, rows, term, point: *point, wo, sobol };
                 self.connect(open, pixel);
             }
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
-            let footprint = self.plan.scene.camera.footprint(here.travelled, self.plan.settings.height);
+            let footprint = self.view.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);

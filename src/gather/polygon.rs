@@ -1,29 +1,101 @@
-//! The irradiance of a uniformly bright triangle that nothing hides: Lambert's closed form.
+//! The irradiance of a uniformly bright triangle or quadrilateral that nothing hides: Lambert's closed form.
 //!
-//! E / L = ½ Σ γᵢ (n · mᵢ) over the edges of what of the triangle lies above the horizon, where γᵢ is the angle that
+//! E / L = ½ Σ γᵢ (n · mᵢ) over the edges of what of the polygon lies above the horizon, where γᵢ is the angle that
 //! edge i subtends and mᵢ the unit normal of the plane through it and the eye (J. H. Lambert 1760; J. Arvo 1995,
 //! *Analytic methods for simulated light transport*, eq. 4.14).
 
 use crate::optics::Normals;
+use crate::scene::{Emission, Luminaire, Scene};
 use glam::{DVec3, Vec3};
 
-/// Corners of a triangle that two planes may have cut.
-const CORNERS: usize = 5;
+/// Corners of a quadrilateral that two planes may have cut.
+const CORNERS: usize = 6;
 
-/// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the triangle on the side of `up`: what its
-/// radiance is multiplied by for irradiance. As in [`Normals::same_side`], both normals must agree on the side.
-pub(super) fn projected_solid_angle(corners: [Vec3; 3], eye: Vec3, normals: &Normals, front: bool) -> f32 {
-    let side = if front { 1.0 } else { -1.0 };
-    let (geometric, shading) = (side * normals.geometric.as_dvec3(), side * normals.shading.as_dvec3());
-    let mut polygon = Polygon { corners: [DVec3::ZERO; CORNERS], count: 3 };
-    for (to, corner) in polygon.corners.iter_mut().zip(corners) {
-        *to = (corner - eye).as_dvec3();
+/// Four corners lie in a plane if none is farther from it than this share of the distances between them.
+const FLAT: f32 = 1e-6;
+
+/// A convex flat piece of a luminaire.
+#[derive(Clone, Debug)]
+pub(super) struct Facet {
+    /// Counter-clockwise as its front sees them.
+    corners: [Vec3; 4],
+    /// How many of them there are, three or four.
+    count: usize,
+    /// Unit normal of its front.
+    front: Vec3,
+    /// What it radiates.
+    pub emission: Emission,
+}
+
+impl Facet {
+    /// The triangles among `luminaires`, by index; pairs that make a convex quadrilateral are one facet, which has four
+    /// edges for six.
+    pub fn of(scene: &Scene, luminaires: &[u32]) -> Vec<Self> {
+        let mut facets: Vec<Self> = Vec::new();
+        for &i in luminaires {
+            let Luminaire::Triangle { triangle, emission, .. } = scene.luminaires[i as usize] else {
+                continue;
+            };
+            let [a, b, c] = scene.mesh.corners(triangle);
+            let facet =
+                Self { corners: [a, b, c, c], count: 3, front: scene.mesh.normal(triangle), emission };
+            let joined = facets.iter().position(|other| other.joined(&facet).is_some());
+            match joined {
+                Some(at) => facets[at] = facets[at].joined(&facet).expect("it was just now"),
+                None => facets.push(facet),
+            }
+        }
+        facets
     }
-    polygon.cut(geometric);
-    if normals.shading != normals.geometric {
-        polygon.cut(shading);
+
+    /// This triangle and `other` as one quadrilateral. None where they do not make a convex one of one brightness.
+    fn joined(&self, other: &Self) -> Option<Self> {
+        if self.count != 3 || other.count != 3 || self.emission != other.emission {
+            return None;
+        }
+        let (i, j) = (0..9).map(|k| (k / 3, k % 3)).find(|(i, j)| {
+            self.edge(*i) == {
+                let [a, b] = other.edge(*j);
+                [b, a]
+            }
+        })?;
+        let [a, b] = self.edge(i);
+        let (own, far) = (self.corners[(i + 2) % 3], other.corners[(j + 2) % 3]);
+        let quad = Self { corners: [a, far, b, own], count: 4, ..self.clone() };
+        let longest = quad.corners.iter().map(|corner| corner.distance(own)).fold(0.0, f32::max);
+        let flat = (far - a).dot(self.front).abs() <= FLAT * longest;
+        let convex = (0..4).all(|k| {
+            let ([p, q], [_, r]) = (quad.edge(k), quad.edge((k + 1) % 4));
+            (q - p).cross(r - q).dot(self.front) > 0.0
+        });
+        (flat && convex).then_some(quad)
     }
-    (0.5 * polygon.edges(|a, b| vector_angle(a, b).dot(shading)).abs()) as f32
+
+    /// From corner `i` to the next.
+    fn edge(&self, i: usize) -> [Vec3; 2] {
+        [self.corners[i], self.corners[(i + 1) % self.count]]
+    }
+
+    /// True when its light reaches `eye`.
+    pub fn shines_on(&self, eye: Vec3) -> bool {
+        self.emission.two_sided || self.front.dot(eye - self.corners[0]) > 0.0
+    }
+
+    /// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the facet on the side of `up`: what its
+    /// radiance is multiplied by for irradiance. As in [`Normals::same_side`], both normals must agree on the side.
+    pub fn projected_solid_angle(&self, eye: Vec3, normals: &Normals, front: bool) -> f32 {
+        let side = if front { 1.0 } else { -1.0 };
+        let (geometric, shading) = (side * normals.geometric.as_dvec3(), side * normals.shading.as_dvec3());
+        let mut polygon = Polygon { corners: [DVec3::ZERO; CORNERS], count: self.count };
+        for (to, corner) in polygon.corners.iter_mut().zip(&self.corners[..self.count]) {
+            *to = (*corner - eye).as_dvec3();
+        }
+        polygon.cut(geometric);
+        if normals.shading != normals.geometric {
+            polygon.cut(shading);
+        }
+        (0.5 * polygon.edges(|a, b| vector_angle(a, b).dot(shading)).abs()) as f32
+    }
 }
 
 /// The angle between two vectors, rad, along the unit normal of their plane. Zero where they are parallel.
@@ -73,6 +145,7 @@ impl Polygon {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::Light;
     use crate::sampling::{Rng, Stream, warp};
 
     /// Form factor × π of a parallel rectangle a × b with a corner straight above, at height h (Lambert).
@@ -82,12 +155,41 @@ mod tests {
         0.5 * (x / p * (y / p).atan() + y / q * (x / q).atan())
     }
 
+    fn triangle([a, b, c]: [Vec3; 3]) -> Facet {
+        let emission = Emission { radiance: Light::ZERO, two_sided: false };
+        Facet { corners: [a, b, c, c], count: 3, front: (b - a).cross(c - a).normalize(), emission }
+    }
+
+    fn seen(corners: [Vec3; 3], normals: &Normals, front: bool) -> f32 {
+        triangle(corners).projected_solid_angle(Vec3::ZERO, normals, front)
+    }
+
+    /// A parallelogram, as two triangles and as one facet: the same.
     fn two(corner: Vec3, a: Vec3, b: Vec3, normals: &Normals) -> f64 {
         let triangles = [[corner, corner + a, corner + a + b], [corner, corner + a + b, corner + b]];
-        triangles
-            .iter()
-            .map(|corners| f64::from(projected_solid_angle(*corners, Vec3::ZERO, normals, true)))
-            .sum()
+        let apart: f64 = triangles.iter().map(|corners| f64::from(seen(*corners, normals, true))).sum();
+        let whole = triangle(triangles[0]).joined(&triangle(triangles[1])).expect("a parallelogram");
+        let whole = f64::from(whole.projected_solid_angle(Vec3::ZERO, normals, true));
+        assert!((whole - apart).abs() <= 1e-6 * apart, "{whole} as one, {apart} as two");
+        whole
+    }
+
+    #[test]
+    fn only_triangles_that_make_a_convex_quadrilateral_are_joined() {
+        let [o, x, y] = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let base = triangle([o, x, y]);
+        let joins = |corners| base.joined(&triangle(corners)).is_some();
+        assert!(joins([x, x + y, y]) && joins([x + y, y, x]), "a square, whichever corner comes first");
+        assert!(!joins([o, -y, x]), "its corners lie in a line");
+        assert!(!joins([o, Vec3::new(2.5, -1.0, 0.0), x]), "it is not convex");
+        assert!(!joins([x, Vec3::new(1.0, 1.0, 1e-4), y]), "it is bent");
+        assert!(!joins([y, x + y, x]), "one of them looks the other way");
+        assert!(!joins([x + y, y + y, y]), "they share a corner only");
+        let bright = Facet {
+            emission: Emission { radiance: Light::ZERO, two_sided: true },
+            ..triangle([x, x + y, y])
+        };
+        assert!(base.joined(&bright).is_none());
     }
 
     #[test]
@@ -116,12 +218,12 @@ mod tests {
     fn nothing_from_below_and_all_of_the_sky_from_a_huge_triangle() {
         let up = Normals::flat(Vec3::Z);
         let below = [Vec3::new(-1.0, -1.0, -1.0), Vec3::new(1.0, -1.0, -1.0), Vec3::new(0.0, 1.0, -1.0)];
-        assert_eq!(projected_solid_angle(below, Vec3::ZERO, &up, true), 0.0);
-        let seen_from_behind = projected_solid_angle(below, Vec3::ZERO, &up, false);
+        assert_eq!(seen(below, &up, true), 0.0);
+        let seen_from_behind = seen(below, &up, false);
         assert!(seen_from_behind > 0.1);
         let far = 1e4_f32;
         let sky = [Vec3::new(-far, -far, 1.0), Vec3::new(far, -far, 1.0), Vec3::new(0.0, far, 1.0)];
-        let all = projected_solid_angle(sky, Vec3::ZERO, &up, true);
+        let all = seen(sky, &up, true);
         assert!((all / std::f32::consts::PI - 1.0).abs() < 1e-3, "{all}");
     }
 
@@ -150,7 +252,7 @@ mod tests {
             }
             let n = f64::from(n);
             let (mean, error) = (sum / n, ((squares / n - (sum / n).powi(2)) / n).sqrt());
-            let got = f64::from(projected_solid_angle(corners, Vec3::ZERO, &bent, true));
+            let got = f64::from(seen(corners, &bent, true));
             assert!((got - mean).abs() <= 4.0 * error + 1e-6, "{got} for {mean} ± {error}");
         }
     }

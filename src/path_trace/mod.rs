@@ -112,7 +112,7 @@ fn trace_pixels<const N: usize>(
     pass: u32,
 ) -> Vec<Reading<N>> {
     let PathSettings { width, height, samples_per_pixel, seed, .. } = *settings;
-    let aspect = width as f32 / height as f32;
+    let view = walk.scene.camera.view(width as f32 / height as f32);
     let pixel_reading = |scratch: &mut Scratch<N>, pixel: u32| {
         let (column, row) = ((pixel % width) as f32, (pixel / width) as f32);
         let mut sum = Reading::ZERO;
@@ -120,7 +120,7 @@ fn trace_pixels<const N: usize>(
         for mut numbers in samples.iter() {
             let [dx, dy] = numbers.next();
             let (x, y) = ((column + dx) / width as f32, (row + dy) / height as f32);
-            let (origin, direction) = walk.scene.camera.ray(x, y, aspect);
+            let (origin, direction) = view.ray(x, y);
             sum += walk.gather(start, origin, direction, &mut numbers, scratch);
         }
         sum.over(samples_per_pixel)

@@ -17,7 +17,29 @@ const JOE_KUO: [(u32, u32, &[u32]); SOBOL_DIMENSIONS - 1] = [
     (5, 7, &[1, 1, 7, 11, 19]),
 ];
 
-const DIRECTIONS: [[u32; 32]; SOBOL_DIMENSIONS] = directions();
+/// Of each dimension and each hexadecimal digit of the index, from the lowest: what the digit's value adds, by exclusive or.
+static DIGITS: [[[u32; 16]; 8]; SOBOL_DIMENSIONS] = digits();
+
+const fn digits() -> [[[u32; 16]; 8]; SOBOL_DIMENSIONS] {
+    let directions = directions();
+    let mut table = [[[0_u32; 16]; 8]; SOBOL_DIMENSIONS];
+    let mut d = 0;
+    while d < SOBOL_DIMENSIONS {
+        let mut bit = 0;
+        while bit < 32 {
+            let mut value = 0;
+            while value < 16 {
+                if value >> (bit % 4) & 1 == 1 {
+                    table[d][bit / 4][value] ^= directions[d][bit];
+                }
+                value += 1;
+            }
+            bit += 1;
+        }
+        d += 1;
+    }
+    table
+}
 
 const fn directions() -> [[u32; 32]; SOBOL_DIMENSIONS] {
     let mut v = [[0_u32; 32]; SOBOL_DIMENSIONS];
@@ -49,24 +71,29 @@ const fn directions() -> [[u32; 32]; SOBOL_DIMENSIONS] {
     v
 }
 
-/// An Owen-scrambled Sobol sequence of [`SOBOL_DIMENSIONS`] dimensions and 2³² points.
+/// An Owen-scrambled Sobol sequence of `D` dimensions, at most [`SOBOL_DIMENSIONS`], and 2³² points.
 ///
 /// Each scramble (a function of `key`) is a random net: points of one key are stratified against each other,
 /// means over different keys are independent and unbiased. Hash-based nested uniform scrambling: B. Burley 2020,
 /// "Practical hash-based Owen scrambling", with the mix of N. Vegdahl 2021.
-#[derive(Clone, Debug)]
-pub struct Sobol {
+#[derive(Clone, Copy, Debug)]
+pub struct Sobol<const D: usize = SOBOL_DIMENSIONS> {
     index_seed: u32,
-    seeds: [u32; SOBOL_DIMENSIONS],
+    seeds: [u32; D],
 }
 
 impl Sobol {
     /// The sequence scrambled by `key`.
     pub fn new(key: u64) -> Self {
-        let mut seeds = [0; SOBOL_DIMENSIONS];
-        for (d, seed) in seeds.iter_mut().enumerate() {
-            *seed = hash(key ^ hash(d as u64 + 1)) as u32;
-        }
+        Self::of_dimensions(key)
+    }
+}
+
+impl<const D: usize> Sobol<D> {
+    /// The first `D` dimensions of the sequence scrambled by `key`, without the work of the others.
+    pub fn of_dimensions(key: u64) -> Self {
+        const { assert!(D <= SOBOL_DIMENSIONS) };
+        let seeds = std::array::from_fn(|d| hash(key ^ hash(d as u64 + 1)) as u32);
         Self { index_seed: hash(key ^ hash(0)) as u32, seeds }
     }
 
@@ -76,12 +103,8 @@ impl Sobol {
         let shuffled = owen_scramble(index, self.index_seed);
         std::array::from_fn(|k| {
             let d = first + k;
-            let mut x = 0;
-            let mut rest = shuffled;
-            while rest != 0 {
-                x ^= DIRECTIONS[d][rest.trailing_zeros() as usize];
-                rest &= rest - 1;
-            }
+            let digit = |i: usize| DIGITS[d][i][(shuffled >> (4 * i) & 15) as usize];
+            let x = (0..8).fold(0, |x, i| x ^ digit(i));
             (owen_scramble(x, self.seeds[d]) >> 8) as f32 * (1.0 / 16_777_216.0)
         })
     }

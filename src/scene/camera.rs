@@ -41,19 +41,20 @@ impl Camera {
         Self { position, right, up: right.cross(forward), forward, projection, aspect: None }
     }
 
+    /// What it sees on a film of the given width / height.
+    pub fn view(&self, aspect: f32) -> View {
+        let (half_height, central) = match self.projection {
+            Projection::Perspective { yfov } => ((0.5 * yfov).tan(), true),
+            Projection::Orthographic { half_height } => (half_height, false),
+        };
+        let (right, up) = (half_height * aspect * self.right, half_height * self.up);
+        View { position: self.position, forward: self.forward, right, up, half_height, central }
+    }
+
     /// Origin and unit direction of the ray through film point (x, y) in [0, 1]², (0, 0) top left, for a film of
     /// the given width / height.
     pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {
-        let (sx, sy) = ((2.0 * x - 1.0) * aspect, 1.0 - 2.0 * y);
-        match self.projection {
-            Projection::Perspective { yfov } => {
-                let h = (0.5 * yfov).tan();
-                (self.position, (self.forward + h * (sx * self.right + sy * self.up)).normalize())
-            }
-            Projection::Orthographic { half_height } => {
-                (self.position + half_height * (sx * self.right + sy * self.up), self.forward)
-            }
-        }
+        self.view(aspect).ray(x, y)
     }
 
     /// Film point in [0, 1]² at which `point` is seen, (0, 0) top left, for a film of the given width / height: the inverse of
@@ -67,13 +68,36 @@ impl Camera {
         let (sx, sy) = (offset.dot(self.right) / h, offset.dot(self.up) / h);
         (h > 0.0).then_some([0.5 * (sx / aspect + 1.0), 0.5 * (1.0 - sy)])
     }
+}
+
+/// A camera with a film of known shape: what all its rays have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    position: Vec3,
+    forward: Vec3,
+    /// From the middle of what is seen (at distance 1 in central projection) to its edge on the right.
+    right: Vec3,
+    /// To its upper edge.
+    up: Vec3,
+    half_height: f32,
+    central: bool,
+}
+
+impl View {
+    /// Origin and unit direction of the ray through film point (x, y) in [0, 1]², (0, 0) top left.
+    pub fn ray(&self, x: f32, y: f32) -> (Vec3, Vec3) {
+        let aside = (2.0 * x - 1.0) * self.right + (1.0 - 2.0 * y) * self.up;
+        if self.central {
+            (self.position, (self.forward + aside).normalize())
+        } else {
+            (self.position + aside, self.forward)
+        }
+    }
 
     /// Side length (m) of what one pixel of a film `height` pixels high covers at `distance` along a ray, facing it.
     pub fn footprint(&self, distance: f32, height: u32) -> f32 {
-        match self.projection {
-            Projection::Perspective { yfov } => 2.0 * (0.5 * yfov).tan() * distance / height as f32,
-            Projection::Orthographic { half_height } => 2.0 * half_height / height as f32,
-        }
+        let scale = if self.central { distance } else { 1.0 };
+        2.0 * self.half_height * scale / height as f32
     }
 }
 

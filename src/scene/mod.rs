@@ -12,7 +12,7 @@ mod luminaire;
 mod material;
 mod mesh;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, warn_falloff};
 pub use material::{Follows, Material};
