@@ -1,15 +1,15 @@
 //! An atlas as layers of an EXR file, and back.
 //!
 //! `atlas.N.M` is the light of the stored powers sᴺ tᴹ, `atlas_error.I.J` the standard error at one point of the grid;
-//! layers without light are left out. Mantissas are rounded to 11 bits, as in a half (errors: to 6), but exponents keep their range: far
-//! below the noise, and less than half the bytes.
+//! layers without light are left out. Mantissas are rounded to 11 bits, as in a half (errors: to 6), far below the noise;
+//! layers whose exponents a half holds as well are halves.
 
 use super::errors::{GRID, POINTS};
 use super::frontier::{Frontier, Sample};
 use super::nodes::Nodes;
 use super::{Atlas, AtlasErrors};
 use crate::error::{Error, Result};
-use crate::film::{Header, Image, Value};
+use crate::film::{Header, Image, Value, WrittenLayer};
 use glam::{DVec3, Vec3};
 use std::fmt::Write;
 use std::path::Path;
@@ -20,14 +20,22 @@ const LIGHT_BITS: u32 = 10;
 const ERROR_BITS: u32 = 5;
 
 impl Atlas {
-    /// Adds the atlas to a picture of the same size.
-    pub fn add_to(&self, image: &mut Image) {
-        assert_eq!((image.width, image.height), (self.width, self.height), "a picture of another size");
-        for (bin, plane) in self.planes.iter().enumerate().filter(|(_, plane)| !plane.is_empty()) {
-            let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
-            image.layers.push((format!("atlas.{n}.{m}"), rounded(plane, LIGHT_BITS)));
-        }
-        let header = &mut image.header;
+    /// Its layers, as they are written.
+    pub fn layers(&self) -> Vec<WrittenLayer<'_>> {
+        let light =
+            self.planes.iter().enumerate().filter(|(_, plane)| !plane.is_empty()).map(|(bin, plane)| {
+                let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
+                written(format!("atlas.{n}.{m}"), plane, LIGHT_BITS)
+            });
+        let errors = self.errors.iter().flat_map(|errors| errors.planes.iter().enumerate());
+        let errors = errors.map(|(point, plane)| {
+            written(format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len()), plane, ERROR_BITS)
+        });
+        light.chain(errors).collect()
+    }
+
+    /// Adds what makes a picture out of the layers.
+    pub fn describe_in(&self, header: &mut Header) {
         header.set("atlas_n", list(self.n.powers()));
         header.set("atlas_m", list(self.m.powers()));
         header.set("atlas_cut", u32::from(self.cut));
@@ -47,10 +55,6 @@ impl Atlas {
         });
         header.set("atlas_kappa", kappa);
         if let Some(errors) = &self.errors {
-            for (point, plane) in errors.planes.iter().enumerate() {
-                let name = format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len());
-                image.layers.push((name, rounded(plane, ERROR_BITS)));
-            }
             let colour = errors.colour.iter().fold(String::new(), |mut text, error| {
                 let _ = write!(text, "{:e} {:e} {:e};", error.x, error.y, error.z);
                 text
@@ -138,8 +142,24 @@ fn rows(text: &str) -> Option<Vec<[f64; 3]>> {
     text.split_terminator(';').map(row).collect()
 }
 
-fn rounded(plane: &[Vec3], bits: u32) -> Vec<Vec3> {
-    plane.iter().map(|value| value.map(|x| round_mantissa(x, bits))).collect()
+/// A plane with rounded mantissas.
+fn written(name: String, plane: &[Vec3], bits: u32) -> WrittenLayer<'_> {
+    let value = move |pixel: usize| plane[pixel].map(|x| round_mantissa(x, bits));
+    WrittenLayer { name, half: suits_half(plane), value: Box::new(value) }
+}
+
+/// The smallest normal half.
+const SMALLEST_HALF: f32 = 6.103_515_6e-5;
+/// The largest.
+const LARGEST_HALF: f32 = 65_504.0;
+
+/// True where the exponents of halves reach: what they round off beyond the mantissas is below 2⁻¹¹ of the plane's mean.
+fn suits_half(plane: &[Vec3]) -> bool {
+    let (mean, most) = plane.iter().fold((0.0_f64, 0.0_f32), |(sum, most), value| {
+        let value = value.abs();
+        (sum + f64::from(value.element_sum()), most.max(value.max_element()))
+    });
+    most <= LARGEST_HALF && mean >= f64::from(SMALLEST_HALF) * 3.0 * plane.len() as f64
 }
 
 /// To nearest, with so many bits behind the leading one. Finite numbers only.
@@ -159,6 +179,15 @@ mod tests {
         for x in [1.0_f32, 0.3, -7.7, 1e-30, 3e38, 0.0, f32::MAX] {
             let off = (round_mantissa(x, LIGHT_BITS) - x).abs();
             assert!(off <= x.abs() * 2_f32.powi(-11) * 1.0001, "{x}");
+        }
+    }
+
+    #[test]
+    fn halves_hold_what_they_can() {
+        let plane = |x: f32| vec![Vec3::splat(x); 5];
+        for (x, suits) in [(1.0, true), (7e-5, true), (5e-5, false), (6e4, true), (7e4, false), (0.0, false)]
+        {
+            assert_eq!(suits_half(&plane(x)), suits, "{x}");
         }
     }
 
@@ -187,7 +216,10 @@ mod tests {
         };
         let header = Header::new().with("passes", 8_u32);
         let mut image = Image { width: 3, height: 2, layers: Vec::new(), header };
-        atlas.add_to(&mut image);
+        atlas.describe_in(&mut image.header);
+        for WrittenLayer { name, value, .. } in atlas.layers() {
+            image.layers.push((name, (0..pixels).map(value).collect()));
+        }
         assert_eq!(Atlas::from_image(&image), Ok(atlas));
         image.header.set("atlas_kappa", "nonsense");
         assert!(Atlas::from_image(&image).expect_err("damaged").contains("atlas_kappa"));

@@ -113,7 +113,9 @@ impl AtlasSums {
         let (n, m) = (Nodes::up_to(most.n), Nodes::up_to(most.m));
         let most = MostOrders { n: n.last(), m: m.last(), ..most };
         let tables = Tables::new(n, m, frontier);
-        let records = vec![0.0; width as usize * height as usize * tables.record()];
+        // Written, not asked for as zeros: a page of zeros that is read before it is written is mapped twice.
+        let numbers = width as usize * height as usize * tables.record();
+        let records = (0..numbers).into_par_iter().map(|_| 0.0).collect();
         Self { width, height, most, at, tables, passes: 0, records, colour: ColourSpread::default() }
     }
 
@@ -167,23 +169,19 @@ impl AtlasSums {
 
     /// The means over passes.
     pub fn atlas(&self) -> Atlas {
-        let stride = self.tables.record();
-        let plane = |value: &(dyn Fn(&[f32]) -> Vec3 + Sync)| -> Vec<Vec3> {
-            self.records.par_chunks(stride).map(value).collect()
-        };
         let (bins, passes) = (self.tables.n.len() * self.tables.m.len(), self.passes.max(1) as f32);
-        let mean = |bin: usize| plane(&|record| Vec3::from_slice(&record[3 * bin..]) / passes);
-        let planes = (0..bins).map(mean).map(empty_or).collect();
+        let mut planes = self.planes(bins, |record, bin| Vec3::from_slice(&record[3 * bin..]) / passes);
+        planes
+            .par_iter_mut()
+            .filter(|plane| plane.iter().all(|value| *value == Vec3::ZERO))
+            .for_each(Vec::clear);
         let errors = (self.passes >= 2).then(|| {
             let scale = 1.0 / (passes * (passes - 1.0));
-            let spreads = 3 * bins;
-            let error = |point: usize| {
-                plane(&|record| {
-                    (scale * Vec3::from_slice(&record[spreads + errors::place_of_spread(point)..]))
-                        .map(f32::sqrt)
-                })
-            };
-            AtlasErrors { planes: (0..POINTS).map(error).collect(), colour: self.colour.errors(self.passes) }
+            let planes = self.planes(POINTS, |record, point| {
+                (scale * Vec3::from_slice(&record[3 * bins + errors::place_of_spread(point)..]))
+                    .map(f32::sqrt)
+            });
+            AtlasErrors { planes, colour: self.colour.errors(self.passes) }
         });
         Atlas {
             width: self.width,
@@ -197,9 +195,25 @@ impl AtlasSums {
             errors,
         }
     }
-}
-
-/// No plane where nothing is in it.
-fn empty_or(plane: Vec<Vec3>) -> Vec<Vec3> {
-    if plane.iter().all(|value| *value == Vec3::ZERO) { Vec::new() } else { plane }
+    /// `count` planes, each of which takes a number from each pixel's record. Records are read once, a few rows' worth at a
+    /// time.
+    fn planes(&self, count: usize, value: impl Fn(&[f32], usize) -> Vec3 + Sync) -> Vec<Vec<Vec3>> {
+        const TOGETHER: usize = 512;
+        let stride = self.tables.record();
+        let mut planes = vec![vec![Vec3::ZERO; self.records.len() / stride]; count];
+        let mut parts: Vec<_> = planes.iter_mut().map(|plane| plane.chunks_mut(TOGETHER)).collect();
+        let jobs = self.records.chunks(TOGETHER * stride).map(|records| {
+            let parts: Vec<_> =
+                parts.iter_mut().map(|part| part.next().expect("as many as records")).collect();
+            (records, parts)
+        });
+        jobs.collect::<Vec<_>>().into_par_iter().for_each(|(records, parts)| {
+            for (i, part) in parts.into_iter().enumerate() {
+                for (to, record) in part.iter_mut().zip(records.chunks(stride)) {
+                    *to = value(record, i);
+                }
+            }
+        });
+        planes
+    }
 }

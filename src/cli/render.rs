@@ -2,7 +2,7 @@ use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
 use crate::error::{Error, Result};
-use crate::film::{check_writable, write_exr, write_image_exr, write_png};
+use crate::film::{WrittenLayer, check_writable, write_exr, write_layers_exr, write_png};
 use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Render};
 use clap::Args;
@@ -120,8 +120,9 @@ fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
         None => write_exr(exr, render.film(), &render.header())?,
         Some(atlas) => {
             let mut image = render.film().image(&render.header());
-            atlas.add_to(&mut image);
-            write_image_exr(exr, &image)?;
+            atlas.describe_in(&mut image.header);
+            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas.layers()).collect();
+            write_layers_exr(exr, (image.width, image.height), &image.header, &layers)?;
         }
     }
     write_png(png, render.film(), exposure)?;

@@ -1,4 +1,4 @@
-//! OpenEXR: one part, f32, dotted layer names, facts as header attributes.
+//! OpenEXR: one part, dotted layer names, facts as header attributes.
 
 use crate::error::{Error, Result};
 use crate::film::header::{Header, Value};
@@ -6,10 +6,16 @@ use crate::film::image::Image;
 use crate::film::layer::Layer;
 use crate::film::replace::replace_file;
 use crate::film::sums::Film;
+use ::exr::block::BlockIndex;
+use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode, SampleType};
+use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage,
-    Layer as ExrLayer, LayerAttributes, LineOrder, Text, WritableImage,
+    AttributeValue, Blocks, Compression, Encoding, Image as ExrImage, Layer as ExrLayer, LayerAttributes,
+    LineOrder, Text, WritableImage, f16,
 };
+use glam::Vec3;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -24,18 +30,53 @@ pub fn write_exr(path: &Path, film: &Film, header: &Header) -> Result<()> {
 
 /// Writes any picture of named layers, with the names of [`write_exr`]. The same picture gives the same bytes.
 pub fn write_image_exr(path: &Path, image: &Image) -> Result<()> {
-    let bytes = encode(image).map_err(|reason| Error::Write { path: path.into(), reason })?;
+    let layers: Vec<_> = WrittenLayer::all_of(image).collect();
+    write_layers_exr(path, (image.width, image.height), &image.header, &layers)
+}
+
+/// A layer whose values are asked for while they are written.
+pub struct WrittenLayer<'a> {
+    /// As in [`Image::layers`].
+    pub name: String,
+    /// True: 16 bits a number. False: 32.
+    pub half: bool,
+    /// The value of a pixel, by its place from top left.
+    pub value: Box<dyn Fn(usize) -> Vec3 + Sync + 'a>,
+}
+
+impl<'a> WrittenLayer<'a> {
+    /// The layers of a picture, as they are.
+    pub fn all_of(image: &'a Image) -> impl Iterator<Item = Self> {
+        let pixels = image.width as usize * image.height as usize;
+        image.layers.iter().map(move |(name, values)| {
+            assert_eq!(values.len(), pixels, "layer {name} of another size");
+            Self { name: name.clone(), half: false, value: Box::new(|pixel| values[pixel]) }
+        })
+    }
+}
+
+/// The same as [`write_image_exr`] for a picture of (width, height) that need not be in memory as it is written.
+pub fn write_layers_exr(
+    path: &Path,
+    size: (u32, u32),
+    header: &Header,
+    layers: &[WrittenLayer<'_>],
+) -> Result<()> {
+    let bytes = encode(size, header, layers).map_err(|reason| Error::Write { path: path.into(), reason })?;
     replace_file(path, |file| file.write_all(&bytes))
 }
 
-fn encode(image: &Image) -> std::result::Result<Vec<u8>, String> {
-    let pixels = image.width as usize * image.height as usize;
-    if pixels == 0 {
+fn encode(
+    (width, height): (u32, u32),
+    header: &Header,
+    layers: &[WrittenLayer<'_>],
+) -> std::result::Result<Vec<u8>, String> {
+    if width == 0 || height == 0 {
         return Err("a picture of no pixels".into());
     }
     let mut channels = Vec::new();
-    for (name, values) in &image.layers {
-        assert_eq!(values.len(), pixels, "layer {name} of another size");
+    for layer in layers {
+        let WrittenLayer { name, half, value } = layer;
         let components = name.parse::<Layer>().map_or(Layer::Visible.components(), Layer::components);
         for (axis, component) in components.iter().enumerate() {
             let full = if name == Layer::Visible.name() {
@@ -43,31 +84,77 @@ fn encode(image: &Image) -> std::result::Result<Vec<u8>, String> {
             } else {
                 format!("{name}.{component}")
             };
-            let samples = FlatSamples::F32(values.iter().map(|v| v[axis]).collect());
-            channels.push(AnyChannel::new(text(&full), samples));
+            channels.push(Channel { name: text(&full), half: *half, axis, value });
         }
     }
+    channels.sort_by(|a, b| a.name.cmp(&b.name)); // as the format demands
     // PIZ: smallest and fastest of the lossless ones that compress noisy pictures at all.
     let encoding = Encoding {
         compression: Compression::PIZ,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let size = (image.width as usize, image.height as usize);
-    let layer = ExrLayer::new(
-        size,
-        LayerAttributes::default(),
-        encoding,
-        AnyChannels::sort(channels.into_iter().collect()),
-    );
+    let size = (width as usize, height as usize);
+    let layer = ExrLayer::new(size, LayerAttributes::default(), encoding, Channels(channels));
     let mut exr = ExrImage::from_layer(layer);
-    for (name, value) in &image.header.entries {
+    for (name, value) in &header.entries {
         exr.attributes.other.insert(text(&format!("{PREFIX}{name}")), attribute(value));
     }
     let mut bytes = Vec::new();
     exr.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| e.to_string())?;
-    sort_attributes(&mut bytes, &image.header).ok_or("an attribute name or text is malformed")?;
+    sort_attributes(&mut bytes, header).ok_or("an attribute name or text is malformed")?;
     Ok(bytes)
+}
+
+/// One component of a layer.
+struct Channel<'a> {
+    name: Text,
+    half: bool,
+    axis: usize,
+    value: &'a (dyn Fn(usize) -> Vec3 + Sync + 'a),
+}
+
+/// All of them, in the order of their names.
+struct Channels<'a>(Vec<Channel<'a>>);
+
+impl<'a> WritableChannels<'a> for Channels<'a> {
+    type Writer = &'a Self;
+
+    fn infer_channel_list(&self) -> ChannelList {
+        let describe = |channel: &Channel<'_>| {
+            let sample = if channel.half { SampleType::F16 } else { SampleType::F32 };
+            ChannelDescription::new(channel.name.clone(), sample, false)
+        };
+        ChannelList::new(self.0.iter().map(describe).collect())
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_writer(&'a self, _: &ExrHeader) -> &'a Self {
+        self
+    }
+}
+
+impl ChannelsWriter for &Channels<'_> {
+    /// Line by line, and in each line channel by channel, in the byte order of the machine.
+    fn extract_uncompressed_block(&self, header: &ExrHeader, block: BlockIndex) -> Vec<u8> {
+        let (at, size) = (block.pixel_position, block.pixel_size);
+        let mut bytes = Vec::with_capacity(size.area() * header.channels.bytes_per_pixel);
+        for y in at.y()..at.y() + size.height() {
+            let begin = y * header.layer_size.width() + at.x();
+            for Channel { half, axis, value, .. } in &self.0 {
+                let line = (begin..begin + size.width()).map(|pixel| value(pixel)[*axis]);
+                if *half {
+                    line.for_each(|x| bytes.extend(f16::from_f32(x).to_ne_bytes()));
+                } else {
+                    line.for_each(|x| bytes.extend(x.to_ne_bytes()));
+                }
+            }
+        }
+        bytes
+    }
 }
 
 fn attribute(value: &Value) -> AttributeValue {
