@@ -9,11 +9,12 @@ use super::connect::Connection;
 use super::{CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, describe};
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
+use crate::photon_map::{LANES, PhotonMap};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint, View};
-use crate::shoot::{Orders, PathClass};
+use crate::shoot::{Orders, PathClass, Photon};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -41,10 +42,27 @@ pub struct ByOrder {
     values: Vec<DVec3>,
     /// Places in `values` that are not zero.
     touched: Vec<u16>,
-    /// Photon power (W) of the query under way (the fourth number is spare: one addition of four is faster than three), and a
-    /// bit for each place that has some.
+    /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
     power: Vec<Vec4>,
     met: Vec<u64>,
+    /// What the film's point makes of light of each place that is read by a row which already has orders.
+    weights_behind: Vec<f32>,
+}
+
+/// What adding up asks of a block of photons: power (W; the fourth number is spare: one addition of four is faster than
+/// three), and their place.
+struct PackedBlock {
+    powers: [Vec4; LANES],
+    places: [u16; LANES],
+    reflections: [u16; LANES],
+}
+
+impl PackedBlock {
+    /// A bit for each photon of no more than `most` reflections.
+    fn reflected_at_most(&self, most: u16) -> u64 {
+        let bit = |(lane, reflections): (usize, &u16)| u64::from(*reflections <= most) << lane;
+        self.reflections.iter().enumerate().map(bit).sum()
+    }
 }
 
 /// So many photons are summed in f32 before the sum is added to others in f64.
@@ -70,6 +88,7 @@ impl ByOrder {
             values: vec![DVec3::ZERO; weights.len()],
             power: vec![Vec4::ZERO; weights.len()],
             met: vec![0; weights.len().div_ceil(64)],
+            weights_behind: vec![0.0; weights.len()],
             weights,
             touched: Vec::new(),
         }
@@ -101,16 +120,55 @@ impl ByOrder {
         self.weights[i] * value
     }
 
-    /// Adds the power of a photon (W) to the query under way.
-    #[inline(always)]
-    fn meet(&mut self, place: u16, power: Vec4) {
-        let i = usize::from(place);
-        self.power[i] += power;
-        self.met[i / 64] |= 1 << (i % 64);
+    fn packed<P: Power>(&self, map: &PhotonMap<P>) -> Vec<PackedBlock> {
+        let pack = |photons: &[Photon<P>]| {
+            let each = |lane: usize| photons.get(lane);
+            let power = |photon: &Photon<P>| photon.power.light().invisible.extend(0.0);
+            let place = |photon: &Photon<P>| self.place(Orders::default(), photon.orders);
+            PackedBlock {
+                powers: std::array::from_fn(|lane| each(lane).map_or(Vec4::ZERO, power)),
+                places: std::array::from_fn(|lane| each(lane).map_or(0, place)),
+                reflections: std::array::from_fn(|lane| each(lane).map_or(0, |photon| photon.reflections)),
+            }
+        };
+        map.blocks().map(pack).collect()
     }
 
-    /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance. Returns its share at the film's point.
-    fn add_met(&mut self, factor: Vec3) -> Vec3 {
+    /// Begins a query by a row that already has `row`.
+    fn begin(&mut self, row: Orders) {
+        if row != Orders::default() {
+            for place in 0..self.weights.len() {
+                self.weights_behind[place] = self.weights[usize::from(self.behind(row, place))];
+            }
+        }
+    }
+
+    /// Adds the photons of the block that have a bit in `bits` to the query under way. Returns those that also have one in
+    /// `near`, each times what the film's point makes of it.
+    #[inline(always)]
+    fn meet(&mut self, row: Orders, block: &PackedBlock, mut bits: u64, near: u64) -> Vec4 {
+        let weights = if row == Orders::default() { &self.weights } else { &self.weights_behind };
+        let mut inner = Vec4::ZERO;
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            let (power, place) = (block.powers[lane], usize::from(block.places[lane]));
+            self.power[place] += power;
+            self.met[place / 64] |= 1 << (place % 64);
+            // A product instead of a branch that would be guessed wrong often.
+            inner += power * (weights[place] * (near >> lane & 1) as f32);
+        }
+        inner
+    }
+
+    /// The place of light that has the given place, read by a row that already has `row`.
+    fn behind(&self, row: Orders, place: usize) -> u16 {
+        self.orders.get(place).map_or(place as u16, |&(n, m)| self.place(row, Orders { n, m }))
+    }
+
+    /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance, read by a row that already has `row`.
+    /// Returns its share at the film's point.
+    fn add_met(&mut self, row: Orders, factor: Vec3) -> Vec3 {
         let mut seen = Vec3::ZERO;
         for word in 0..self.met.len() {
             let mut bits = std::mem::take(&mut self.met[word]);
@@ -118,7 +176,7 @@ impl ByOrder {
                 let place = 64 * word + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
                 let power = std::mem::take(&mut self.power[place]);
-                seen += self.add(place as u16, factor * power.truncate());
+                seen += self.add(self.behind(row, place), factor * power.truncate());
             }
         }
         seen
@@ -154,6 +212,9 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
     let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
     let stride = records.len() / (width * height);
     let mut pixels = vec![Pixel::<1>::EMPTY; width * height];
+    let counting = ByOrder::new(most, at);
+    let packed = [PathClass::Direct, PathClass::Caustic, PathClass::Indirect]
+        .map(|class| counting.packed(maps.of(class)));
     let rows = pixels.par_chunks_mut(width).zip(records.par_chunks_mut(width * stride)).enumerate();
     let totals = rows
         .map(|(y, (row, records))| {
@@ -163,6 +224,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 view,
                 connections,
                 maps,
+                packed: &packed,
                 by_order,
                 growth: plan.existence.growth().max(1.0),
                 stack: Vec::new(),
@@ -227,6 +289,8 @@ struct Walk<'a, P> {
     view: View,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
+    /// By class.
+    packed: &'a [Vec<PackedBlock>; 3],
     by_order: ByOrder,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
@@ -315,27 +379,19 @@ impl<P: Power> Walk<'_, P> {
                 let factor = f * reading.row.invisible;
                 let Some(disk) = self.maps.disk(class, point, normal, footprint) else { continue };
                 let whole = disk.over_whole;
-                self.maps.each(class, point, normal, &disk, |photons, mut bits, near| {
+                let blocks = &self.packed[class as usize];
+                by_order.begin(reading.orders);
+                self.maps.each(class, point, normal, &disk, |block, bits, near| {
+                    let block = &blocks[block];
+                    let bits = if most == u16::MAX { bits } else { bits & block.reflected_at_most(most) };
                     length += bits.count_ones();
-                    while bits != 0 {
-                        let lane = bits.trailing_zeros() as usize;
-                        bits &= bits - 1;
-                        let photon = &photons[lane];
-                        if photon.reflections <= most {
-                            let place = by_order.place(reading.orders, photon.orders);
-                            let power = photon.power.light().invisible.extend(0.0);
-                            by_order.meet(place, power);
-                            if near >> lane & 1 == 1 {
-                                inner += by_order.weights[usize::from(place)] * power;
-                            }
-                        }
-                    }
+                    inner += by_order.meet(reading.orders, block, bits, near);
                     if length >= RUN {
-                        value += by_order.add_met(whole * factor);
+                        value += by_order.add_met(reading.orders, whole * factor);
                         length = 0;
                     }
                 });
-                value += by_order.add_met(whole * factor);
+                value += by_order.add_met(reading.orders, whole * factor);
                 *pixel.parts[0].of(class) += value;
                 pixel.bias += 2.0 * (value - disk.over_half * factor * inner.truncate());
             }

@@ -5,7 +5,7 @@ use crate::photon_map::PhotonMap;
 use crate::plan::Plan;
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
-use crate::shoot::{PathClass, Photon, Photons};
+use crate::shoot::{PathClass, Photons};
 use glam::Vec3;
 
 /// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
@@ -84,6 +84,11 @@ impl<'a, P: Power> Maps<'a, P> {
         })
     }
 
+    /// The photons of `class`.
+    pub(super) fn of(&self, class: PathClass) -> &PhotonMap<P> {
+        &self.by_class[class as usize]
+    }
+
     /// Where [`irradiance`](Self::irradiance) looks. None where there are no photons of `class`.
     pub(super) fn disk(
         &self,
@@ -100,7 +105,7 @@ impl<'a, P: Power> Maps<'a, P> {
         Some(Disk { radius, over_whole: 1.0 / whole, over_half: 1.0 / half })
     }
 
-    /// Calls `visit` with the photons of `class` around the disk, up to sixteen at a time, a bit for each that lies on it, and
+    /// Calls `visit` with the number of each block of photons of `class` around the disk, a bit for each that lies on it, and
     /// one for each that also lies on the disk of half the radius.
     pub(super) fn each(
         &self,
@@ -108,7 +113,7 @@ impl<'a, P: Power> Maps<'a, P> {
         point: &SurfacePoint,
         normal: Vec3,
         disk: &Disk,
-        visit: impl FnMut(&[Photon<P>], u64, u64),
+        visit: impl FnMut(usize, u64, u64),
     ) {
         self.by_class[class as usize].visit(point.position, normal, disk.radius, visit);
     }

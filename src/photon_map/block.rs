@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;
 
 /// Photons per block.
-pub(super) const LANES: usize = 16;
+pub const LANES: usize = 16;
 pub(super) type Lanes<S> = f32x16<S>;
 
 /// The place of "all the same" in [`Block::normals`].

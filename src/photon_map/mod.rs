@@ -8,7 +8,8 @@ mod tree;
 
 use crate::light::Power;
 use crate::shoot::Photon;
-use block::{Block, Disk, LANES, Lanes, Normals};
+pub use block::LANES;
+use block::{Block, Disk, Lanes, Normals};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, mask32x16};
 use glam::Vec3;
@@ -129,22 +130,20 @@ impl<P: Power> PhotonMap<P> {
         count
     }
 
-    /// Shows the photons around the disk that [`flux`](Self::flux) adds up, at most sixteen at a time and in the order of
-    /// the tree: a bit for each that counts, and one for each that also lies within half the radius.
-    pub fn visit(
-        &self,
-        position: Vec3,
-        normal: Vec3,
-        radius: f32,
-        mut visit: impl FnMut(&[Photon<P>], u64, u64),
-    ) {
+    /// All photons, in blocks of sixteen (the last may be shorter), neighbours in space near each other.
+    pub fn blocks(&self) -> impl IndexedParallelIterator<Item = &[Photon<P>]> {
+        self.photons.par_chunks(LANES)
+    }
+
+    /// Shows where the photons around the disk are that [`flux`](Self::flux) adds up, in the order of the tree: the number of a
+    /// block, a bit for each of its photons that counts, and one for each that also lies within half the radius.
+    pub fn visit(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(usize, u64, u64)) {
         let disk = Disk::new(position, normal, radius);
         dispatch!(self.level, simd => {
             let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
             self.near(simd, &disk, |block, squared, inside| {
                 let inner = inside & squared.simd_le(quarter);
-                let photons = &self.photons[LANES * block..];
-                visit(&photons[..LANES.min(photons.len())], inside.to_bitmask(), inner.to_bitmask());
+                visit(block, inside.to_bitmask(), inner.to_bitmask());
             });
         });
     }
@@ -289,8 +288,9 @@ mod tests {
                 }
             });
             let mut ours = Vec::new();
-            map.visit(Vec3::from_array(place), normal, r, |photons, inside, _| {
-                let counted = photons.iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
+            let blocks: Vec<_> = map.blocks().collect();
+            map.visit(Vec3::from_array(place), normal, r, |block, inside, _| {
+                let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
                 ours.extend(counted.map(|(_, photon)| photon.position.to_array().map(f32::to_bits)));
             });
             theirs.sort_unstable();
