@@ -114,7 +114,9 @@ impl AtlasRun {
     pub fn pass(&mut self, plan: &Plan, connections: &Connections, pass: u32) -> (Gathered<1>, u64) {
         let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
         let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
-        let maps = Maps::<Invisible>::build(photons, plan, pass);
+        let mut maps = Maps::<Invisible>::build(photons, plan, pass);
+        let (s, t) = self.sums.at();
+        maps.weigh(s, t);
         (self.sums.add_pass(plan, connections, &maps, pass), stored)
     }
 

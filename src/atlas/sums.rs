@@ -127,6 +127,11 @@ impl AtlasSums {
         self.most
     }
 
+    /// The point of the square at which the film is read.
+    pub fn at(&self) -> (f32, f32) {
+        self.at
+    }
+
     /// How far it counts and what it takes, in one line.
     pub fn describe(&self) -> String {
         let Tables { n, m, frontier, .. } = &self.tables;

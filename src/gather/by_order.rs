@@ -44,28 +44,22 @@ pub struct ByOrder {
     touched: Vec<u16>,
     /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
     power: Vec<Vec4>,
-    met: Vec<u64>,
-    /// What the film's point makes of light of each place that is read by a row which already has orders.
-    weights_behind: Vec<f32>,
+    met: [u64; MOST_WORDS],
+    /// The film's point.
+    at: (f32, f32),
 }
+
+/// Places of all orders that are ever kept apart, by 64.
+const MOST_WORDS: usize = 256;
 
 /// What adding up asks of a block of photons: power (W; the fourth number is spare: one addition of four is faster than
 /// three), and their place.
 struct PackedBlock {
     powers: [Vec4; LANES],
     places: [u16; LANES],
-    reflections: [u16; LANES],
 }
 
-impl PackedBlock {
-    /// A bit for each photon of no more than `most` reflections.
-    fn reflected_at_most(&self, most: u16) -> u64 {
-        let bit = |(lane, reflections): (usize, &u16)| u64::from(*reflections <= most) << lane;
-        self.reflections.iter().enumerate().map(bit).sum()
-    }
-}
-
-/// So many photons are summed in f32 before the sum is added to others in f64.
+/// So many photons, or fewer, are summed in f32 before the sum is added to others in f64.
 const RUN: u32 = 1024;
 
 impl ByOrder {
@@ -76,6 +70,10 @@ impl ByOrder {
         let mut weights: Vec<f32> =
             orders.iter().map(|&(n, m)| s.powi(n.into()) * t.powi(m.into())).collect();
         let places = orders.len();
+        assert!(
+            places + usize::from(across) <= 64 * MOST_WORDS,
+            "{most:?}: more pictures than an atlas holds"
+        );
         let row = |n: u16| {
             if most.cut && n > most.n.into() { places as u16 } else { n.min(most.n.into()) * across }
         };
@@ -87,8 +85,8 @@ impl ByOrder {
             orders,
             values: vec![DVec3::ZERO; weights.len()],
             power: vec![Vec4::ZERO; weights.len()],
-            met: vec![0; weights.len().div_ceil(64)],
-            weights_behind: vec![0.0; weights.len()],
+            met: [0; MOST_WORDS],
+            at: (s, t),
             weights,
             touched: Vec::new(),
         }
@@ -128,37 +126,27 @@ impl ByOrder {
             PackedBlock {
                 powers: std::array::from_fn(|lane| each(lane).map_or(Vec4::ZERO, power)),
                 places: std::array::from_fn(|lane| each(lane).map_or(0, place)),
-                reflections: std::array::from_fn(|lane| each(lane).map_or(0, |photon| photon.reflections)),
             }
         };
         map.blocks().map(pack).collect()
     }
 
-    /// Begins a query by a row that already has `row`.
-    fn begin(&mut self, row: Orders) {
-        if row != Orders::default() {
-            for place in 0..self.weights.len() {
-                self.weights_behind[place] = self.weights[usize::from(self.behind(row, place))];
-            }
-        }
-    }
-
-    /// Adds the photons of the block that have a bit in `bits` to the query under way. Returns those that also have one in
-    /// `near`, each times what the film's point makes of it.
+    /// Adds the photons of the block that have a bit in `bits` to the query under way.
     #[inline(always)]
-    fn meet(&mut self, row: Orders, block: &PackedBlock, mut bits: u64, near: u64) -> Vec4 {
-        let weights = if row == Orders::default() { &self.weights } else { &self.weights_behind };
-        let mut inner = Vec4::ZERO;
+    fn meet(&mut self, block: &PackedBlock, mut bits: u64) {
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize % LANES;
             bits &= bits - 1;
-            let (power, place) = (block.powers[lane], usize::from(block.places[lane]));
-            self.power[place] += power;
-            self.met[place / 64] |= 1 << (place % 64);
-            // A product instead of a branch that would be guessed wrong often.
-            inner += power * (weights[place] * (near >> lane & 1) as f32);
+            let place = usize::from(block.places[lane]);
+            self.power[place] += block.powers[lane];
+            self.met[place / 64 % MOST_WORDS] |= 1 << (place % 64);
         }
-        inner
+    }
+
+    /// sⁿ tᵐ at the film's point.
+    fn weight(&self, Orders { n, m }: Orders) -> f32 {
+        let (s, t) = self.at;
+        s.powi(n.into()) * t.powi(m.into())
     }
 
     /// The place of light that has the given place, read by a row that already has `row`.
@@ -170,7 +158,7 @@ impl ByOrder {
     /// Returns its share at the film's point.
     fn add_met(&mut self, row: Orders, factor: Vec3) -> Vec3 {
         let mut seen = Vec3::ZERO;
-        for word in 0..self.met.len() {
+        for word in 0..self.weights.len().div_ceil(64) {
             let mut bits = std::mem::take(&mut self.met[word]);
             while bits != 0 {
                 let place = 64 * word + bits.trailing_zeros() as usize;
@@ -196,7 +184,7 @@ impl ByOrder {
     }
 }
 
-/// Gathers one pass of `plan`, whose scene stands at (1, 1). Each pixel's light by order is given to `add` with the
+/// Gathers one pass of `plan`, whose scene stands at (1, 1); `maps` are weighed at the point `at`. Each pixel's light by order is given to `add` with the
 /// pixel's own record, one of equal parts of `records`, and a total of its row of pixels. Returns the pass as it
 /// looks at the point `at`, and the totals, top row first.
 pub fn gather_by_order<P: Power, T: Default + Send>(
@@ -375,25 +363,24 @@ impl<P: Power> Walk<'_, P> {
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let by_order = &mut self.by_order;
             for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
-                let (mut value, mut inner, mut length) = (Vec3::ZERO, Vec4::ZERO, 0_u32);
-                let factor = f * reading.row.invisible;
+                let (mut value, mut length) = (Vec3::ZERO, 0_u32);
                 let Some(disk) = self.maps.disk(class, point, normal, footprint) else { continue };
-                let whole = disk.over_whole;
+                let factor = f * reading.row.invisible;
+                let over_whole = disk.over_whole * factor;
                 let blocks = &self.packed[class as usize];
-                by_order.begin(reading.orders);
-                self.maps.each(class, point, normal, &disk, |block, bits, near| {
-                    let block = &blocks[block];
-                    let bits = if most == u16::MAX { bits } else { bits & block.reflected_at_most(most) };
-                    length += bits.count_ones();
-                    inner += by_order.meet(reading.orders, block, bits, near);
+                let inner = self.maps.each(class, point, normal, &disk, most, |block, bits| {
+                    by_order.meet(&blocks[block], bits);
+                    length += LANES as u32;
                     if length >= RUN {
-                        value += by_order.add_met(reading.orders, whole * factor);
+                        value += by_order.add_met(reading.orders, over_whole);
                         length = 0;
                     }
                 });
-                value += by_order.add_met(reading.orders, whole * factor);
+                value += by_order.add_met(reading.orders, over_whole);
+                // Its weight leaves out that orders beyond the last stored count as the last: it serves the bias alone.
+                let inner = by_order.weight(reading.orders) * inner.light().invisible;
                 *pixel.parts[0].of(class) += value;
-                pixel.bias += 2.0 * (value - disk.over_half * factor * inner.truncate());
+                pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
             }
         }
     }

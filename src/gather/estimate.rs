@@ -105,17 +105,28 @@ impl<'a, P: Power> Maps<'a, P> {
         Some(Disk { radius, over_whole: 1.0 / whole, over_half: 1.0 / half })
     }
 
-    /// Calls `visit` with the number of each block of photons of `class` around the disk, a bit for each that lies on it, and
-    /// one for each that also lies on the disk of half the radius.
+    /// Calls `visit` with the number of each block of photons of `class` around the disk, and a bit for each that counts there
+    /// after no more than `most_reflections`. Returns the power on the disk of half the radius.
     pub(super) fn each(
         &self,
         class: PathClass,
         point: &SurfacePoint,
         normal: Vec3,
         disk: &Disk,
-        visit: impl FnMut(usize, u64, u64),
-    ) {
-        self.by_class[class as usize].visit(point.position, normal, disk.radius, visit);
+        most_reflections: u16,
+        visit: impl FnMut(usize, u64),
+    ) -> P {
+        self.of(class).visit(point.position, normal, disk.radius, most_reflections, visit)
+    }
+
+    /// Multiplies what is read by sⁿ tᵐ of each photon's orders: the maps of a scene at (1, 1) become those of the point
+    /// (s, t). The photons themselves stay as they are.
+    pub fn weigh(&mut self, s: f32, t: f32) {
+        let powers = |x: f32| -> Vec<f32> { (0..=u8::MAX).map(|n| x.powi(n.into())).collect() };
+        let (s, t) = (powers(s), powers(t));
+        for map in &mut self.by_class {
+            map.weigh(|photon| s[usize::from(photon.orders.n)] * t[usize::from(photon.orders.m)]);
+        }
     }
 }
 

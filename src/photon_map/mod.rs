@@ -98,10 +98,24 @@ impl<P: Power> PhotonMap<P> {
 
     #[inline(always)]
     fn sum<S: Simd>(&self, simd: S, disk: &Disk, most_reflections: u16) -> Flux<P> {
-        let mut sums = Sums::zero(simd);
-        // Runs of 64 blocks, then the sum of runs: a million equal powers added one by one in f32 are off by 1 %.
-        let mut run = Sums::zero(simd);
-        let mut length = 0_u32;
+        let (mut whole, mut inner) = (Sums::zero(simd), Sums::zero(simd));
+        self.each_block(simd, disk, most_reflections, |block, inside, near| {
+            let powers = &self.powers[P::COMPONENTS * block..][..P::COMPONENTS];
+            whole.add(powers, inside);
+            inner.add(powers, near);
+        });
+        Flux { whole: whole.total(), inner: inner.total() }
+    }
+
+    /// Calls `visit` with each block that has photons which count: those, and those within half the radius.
+    #[inline(always)]
+    fn each_block<S: Simd>(
+        &self,
+        simd: S,
+        disk: &Disk,
+        most_reflections: u16,
+        mut visit: impl FnMut(usize, mask32x16<S>, mask32x16<S>),
+    ) {
         let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
         self.near(simd, disk, |block, squared, mut inside| {
             if most_reflections < u16::MAX {
@@ -111,22 +125,14 @@ impl<P: Power> PhotonMap<P> {
                 });
                 inside &= mask32x16::from_bitmask(simd, bits);
             }
-            let inner = inside & squared.simd_le(quarter);
-            run.add(&self.powers[P::COMPONENTS * block..][..P::COMPONENTS], inside, inner);
-            length += 1;
-            if length.is_multiple_of(64) {
-                sums.add_all(&run);
-                run = Sums::zero(simd);
-            }
+            visit(block, inside, inside & squared.simd_le(quarter));
         });
-        sums.add_all(&run);
-        sums.flux()
     }
 
     /// How many photons [`flux`](Self::flux) meets.
     pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
         let mut count = 0;
-        self.visit(position, normal, radius, |_, inside, _| count += inside.count_ones() as usize);
+        self.visit(position, normal, radius, u16::MAX, |_, inside| count += inside.count_ones() as usize);
         count
     }
 
@@ -135,16 +141,35 @@ impl<P: Power> PhotonMap<P> {
         self.photons.par_chunks(LANES)
     }
 
-    /// Shows where the photons around the disk are that [`flux`](Self::flux) adds up, in the order of the tree: the number of a
-    /// block, a bit for each of its photons that counts, and one for each that also lies within half the radius.
-    pub fn visit(&self, position: Vec3, normal: Vec3, radius: f32, mut visit: impl FnMut(usize, u64, u64)) {
+    /// Shows where the photons are that [`flux`](Self::flux) adds up, in the order of the tree: the number of a block, and a bit
+    /// for each of its photons that counts. Returns the power within half the radius.
+    pub fn visit(
+        &self,
+        position: Vec3,
+        normal: Vec3,
+        radius: f32,
+        most_reflections: u16,
+        mut visit: impl FnMut(usize, u64),
+    ) -> P {
         let disk = Disk::new(position, normal, radius);
         dispatch!(self.level, simd => {
-            let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
-            self.near(simd, &disk, |block, squared, inside| {
-                let inner = inside & squared.simd_le(quarter);
-                visit(block, inside.to_bitmask(), inner.to_bitmask());
+            let mut inner = Sums::zero(simd);
+            self.each_block(simd, &disk, most_reflections, |block, inside, near| {
+                inner.add(&self.powers[P::COMPONENTS * block..][..P::COMPONENTS], near);
+                visit(block, inside.to_bitmask());
             });
+            inner.total()
+        })
+    }
+
+    /// Multiplies what queries add up by a number for each photon; the photons themselves stay as they are.
+    pub fn weigh(&mut self, weight: impl Fn(&Photon<P>) -> f32 + Sync) {
+        let blocks = self.powers.par_chunks_mut(P::COMPONENTS).zip(self.photons.par_chunks(LANES));
+        blocks.for_each(|(planes, photons)| {
+            for (lane, photon) in photons.iter().enumerate() {
+                let weight = weight(photon);
+                planes.iter_mut().for_each(|plane| plane[lane] *= weight);
+            }
         });
     }
 
@@ -176,10 +201,15 @@ impl<P: Power> PhotonMap<P> {
     }
 }
 
-/// Powers within the radius and within half of it, by component, still lane by lane.
+/// So many blocks are added up before their sum is added to that of others: a million equal powers added one by one in f32
+/// are off by 1 %.
+const RUN: u32 = 64;
+
+/// Powers by component, still lane by lane.
 struct Sums<S: Simd, P> {
-    whole: [Lanes<S>; 6],
-    inner: [Lanes<S>; 6],
+    all: [Lanes<S>; 6],
+    run: [Lanes<S>; 6],
+    length: u32,
     carried: PhantomData<P>,
 }
 
@@ -187,29 +217,26 @@ impl<S: Simd, P: Power> Sums<S, P> {
     #[inline(always)]
     fn zero(simd: S) -> Self {
         let zero = [Lanes::simd_from(simd, 0.0); 6];
-        Self { whole: zero, inner: zero, carried: PhantomData }
+        Self { all: zero, run: zero, length: 0, carried: PhantomData }
     }
 
     #[inline(always)]
-    fn add(&mut self, powers: &[[f32; LANES]], whole: mask32x16<S>, inner: mask32x16<S>) {
-        for ((wide, narrow), power) in self.whole.iter_mut().zip(&mut self.inner).zip(powers) {
-            let simd = wide.simd;
-            let (power, zero) = (Lanes::load_array_ref(simd, power), Lanes::simd_from(simd, 0.0));
-            *wide += whole.select(power, zero);
-            *narrow += inner.select(power, zero);
+    fn add(&mut self, powers: &[[f32; LANES]], counted: mask32x16<S>) {
+        for (sum, power) in self.run.iter_mut().zip(powers) {
+            let simd = sum.simd;
+            *sum += counted.select(Lanes::load_array_ref(simd, power), Lanes::simd_from(simd, 0.0));
+        }
+        self.length += 1;
+        if self.length.is_multiple_of(RUN) {
+            for (all, run) in self.all.iter_mut().zip(&mut self.run) {
+                *all += *run;
+                *run = Lanes::simd_from(run.simd, 0.0);
+            }
         }
     }
 
     #[inline(always)]
-    fn add_all(&mut self, run: &Self) {
-        for c in 0..P::COMPONENTS {
-            self.whole[c] += run.whole[c];
-            self.inner[c] += run.inner[c];
-        }
-    }
-
-    #[inline(always)]
-    fn flux(&self) -> Flux<P> {
+    fn total(&self) -> P {
         let sum = |lanes: Lanes<S>| {
             let mut sums = lanes.to_array();
             for half in [8, 4, 2, 1] {
@@ -219,8 +246,7 @@ impl<S: Simd, P: Power> Sums<S, P> {
             }
             sums[0]
         };
-        let total = |lanes: &[Lanes<S>; 6]| P::from_components(|c| sum(lanes[c]));
-        Flux { whole: total(&self.whole), inner: total(&self.inner) }
+        P::from_components(|c| sum(self.all[c] + self.run[c]))
     }
 }
 
@@ -289,7 +315,7 @@ mod tests {
             });
             let mut ours = Vec::new();
             let blocks: Vec<_> = map.blocks().collect();
-            map.visit(Vec3::from_array(place), normal, r, |block, inside, _| {
+            map.visit(Vec3::from_array(place), normal, r, u16::MAX, |block, inside| {
                 let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
                 ours.extend(counted.map(|(_, photon)| photon.position.to_array().map(f32::to_bits)));
             });
@@ -299,6 +325,26 @@ mod tests {
             all += ours.len();
         }
         assert!(all > 300_000, "{all} photons met");
+    }
+
+    #[test]
+    fn visits_are_of_what_is_added_up() {
+        let mut rng = Rng::new(4, Stream::Test, 0, 0);
+        let photons =
+            corner().into_iter().map(|photon| Photon { reflections: (rng.u32() % 7) as u16, ..photon });
+        let mut map = PhotonMap::build(photons.collect());
+        map.weigh(|photon| 1.0 + f32::from(photon.reflections));
+        let blocks: Vec<Vec<_>> = map.blocks().map(<[_]>::to_vec).collect();
+        for most in [3, u16::MAX] {
+            let mut whole = 0.0;
+            let inner = map.visit(Vec3::new(0.4, 0.0, 0.3), Vec3::Y, 0.1, most, |block, inside| {
+                let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
+                whole += counted.map(|(_, photon)| 1.0 + f32::from(photon.reflections)).sum::<f32>();
+            });
+            let flux = map.flux(Vec3::new(0.4, 0.0, 0.3), Vec3::Y, 0.1, most);
+            assert!(inner == flux.inner && inner.0.x > 100.0);
+            assert!((whole / flux.whole.0.x - 1.0).abs() < 1e-5, "{whole} for {:?}", flux.whole);
+        }
     }
 
     #[test]
