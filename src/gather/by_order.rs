@@ -305,7 +305,7 @@ impl<P: Power> Walk<'_, P> {
     fn look_along(&mut self, line: &Line, pixel: &mut Pixel<1>, rng: &mut Rng) {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
-        self.plan.rays.crossings(&ray, &mut hits);
+        self.plan.look_along(&ray, &line.parent.rows, &mut hits);
         let Parent { rows: [row], delta_chain, .. } = line.parent;
         let mut reading = Reading { row, orders: line.orders };
         let most = self.plan.settings.max_reflections.unwrap_or(u32::MAX);
