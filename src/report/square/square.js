@@ -243,24 +243,24 @@ function start() {
 
   const square = byId("square");
   const context = square.getContext("2d");
-  let [sheet, sheetExposure, hatched] = [null, NaN, null];
-  const drawSquare = () => {
-    const side = Math.round((square.clientWidth || 320) * devicePixelRatio);
-    if (square.width !== side) [square.width, square.height, hatched] = [side, side, null];
-    if (sheetExposure !== state.exposure) {
-      sheet = contactSheet(coefficients, value, 40);
-      sheetExposure = state.exposure;
-    }
+  // The point runs over the whole square, the small pictures over their centres.
+  const places = (side) => {
+    const [inset, span] = [side / (2 * CELLS), side * (CELLS - 1) / CELLS];
+    return [(s) => inset + span * s, (t) => inset + span * (1 - t)];
+  };
+  // What does not move is drawn once for each size and exposure.
+  const ground = document.createElement("canvas");
+  let groundExposure = NaN;
+  const drawGround = (side) => {
+    [ground.width, ground.height] = [side, side];
+    const context = ground.getContext("2d");
+    const sheet = contactSheet(coefficients, value, 40);
     const unit = side / 320;
-    context.clearRect(0, 0, side, side);
     context.imageSmoothingQuality = "high";
     context.drawImage(sheet, 0, 0, side, side);
     context.fillStyle = "#10121466";
     context.fillRect(0, 0, side, side);
-    // The point runs over the whole square, the small pictures over their centres.
-    const [inset, span] = [side / (2 * CELLS), side * (CELLS - 1) / CELLS];
-    const px = (s) => inset + span * s;
-    const py = (t) => inset + span * (1 - t);
+    const [px, py] = places(side);
     if (!whole) {
       context.beginPath();
       context.moveTo(side, 0);
@@ -272,7 +272,7 @@ function start() {
         context.lineTo(px(s), py(t));
       }
       context.closePath();
-      context.fillStyle = hatched ??= hatch(context);
+      context.fillStyle = hatch(context);
       context.fill();
       context.strokeStyle = "#ff9a5a";
       context.lineWidth = 1.5 * unit;
@@ -289,6 +289,17 @@ function start() {
       context.fillStyle = "#fff";
       context.fillText(name, x, y);
     }
+  };
+  const drawSquare = () => {
+    const side = Math.round((square.clientWidth || 320) * devicePixelRatio);
+    if (ground.width !== side || groundExposure !== state.exposure) {
+      drawGround(side);
+      groundExposure = state.exposure;
+    }
+    if (square.width !== side) [square.width, square.height] = [side, side];
+    const unit = side / 320;
+    const [px, py] = places(side);
+    context.drawImage(ground, 0, 0);
     const [x, y] = [px(state.s), py(state.t)];
     context.lineWidth = 1 * unit;
     context.strokeStyle = "#ffb45488";
