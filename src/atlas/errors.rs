@@ -35,66 +35,7 @@ fn cell(x: f64) -> (usize, f64) {
     (i, ((x - GRID[i]) / (GRID[i + 1] - GRID[i])).clamp(0.0, 1.0))
 }
 
-/// So many passes at the beginning are all measured.
-const ALL_MEASURED: u32 = 8;
-/// Then one in so many: reading a pixel at every point of the grid costs more than a tenth of a pass.
-const ONE_IN: u32 = 4;
-
-/// For how many passes the spread of `pass` stands; zero where it is not measured.
-fn weight(pass: u32) -> f64 {
-    match pass {
-        _ if pass < ALL_MEASURED => 1.0,
-        _ if pass.is_multiple_of(ONE_IN) => ONE_IN.into(),
-        _ => 0.0,
-    }
-}
-
-/// How one pass changes means and spreads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// Its weight.
-    weight: f64,
-    /// That, relative to the weight of all passes so far and its own.
-    share: f64,
-}
-
-impl Step {
-    /// None: `pass` is not measured.
-    pub fn of(pass: u32) -> Option<Self> {
-        let weight = weight(pass);
-        (weight > 0.0).then(|| Self { weight, share: weight / Measured::of(pass + 1).weights })
-    }
-}
-
-/// What is known of the passes whose spread was measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    passes: f64,
-    /// Sums over them of weights and squared weights.
-    weights: f64,
-    squares: f64,
-}
-
-impl Measured {
-    /// Of the first `passes`.
-    pub fn of(passes: u32) -> Self {
-        let sum = |power: i32| (0..passes).map(|pass| weight(pass).powi(power)).sum();
-        Self { passes: passes.into(), weights: sum(1), squares: sum(2) }
-    }
-
-    /// By this the sum of squared deviations is multiplied for the squared standard error of the mean of all passes; two or
-    /// more. Unbiased: passes of weights w spread by σ² (Σw − Σw²/Σw).
-    pub fn scale(&self) -> f64 {
-        1.0 / (self.passes * (self.weights - self.squares / self.weights))
-    }
-
-    /// So many passes of equal weight would tell the spread as well.
-    pub fn equal_passes(&self) -> u32 {
-        (self.weights * self.weights / self.squares) as u32
-    }
-}
-
-/// Weighted mean and sum of squared deviations at every point, one pass after another (West 1979).
+/// Mean and sum of squared deviations at every point, one pass after another (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourSpread {
     mean: [DVec3; POINTS],
@@ -102,18 +43,20 @@ pub struct ColourSpread {
 }
 
 impl ColourSpread {
-    /// Adds the average colours of a pass.
-    pub fn add(&mut self, colours: &[DVec3; POINTS], step: &Step) {
+    /// Adds the average colours of the pass after `before` others.
+    pub fn add(&mut self, colours: &[DVec3; POINTS], before: u32) {
+        let n = f64::from(before) + 1.0;
         for (i, colour) in colours.iter().enumerate() {
             let away = *colour - self.mean[i];
-            self.mean[i] += step.share * away;
-            self.spread[i] += step.weight * away * (*colour - self.mean[i]);
+            self.mean[i] += away / n;
+            self.spread[i] += away * (*colour - self.mean[i]);
         }
     }
 
-    /// Standard errors of the mean of the passes (two or more).
-    pub fn errors(&self, measured: &Measured) -> [DVec3; POINTS] {
-        self.spread.map(|spread| (spread * measured.scale()).map(f64::sqrt))
+    /// Standard errors of the mean of `passes` (two or more).
+    pub fn errors(&self, passes: u32) -> [DVec3; POINTS] {
+        let n = f64::from(passes);
+        self.spread.map(|spread| (spread / (n * (n - 1.0))).map(f64::sqrt))
     }
 }
 
@@ -131,14 +74,14 @@ pub fn place_of_spread(point: usize) -> usize {
 
 /// The same as [`ColourSpread::add`] for one pixel and the row `j` of its record.
 #[inline(always)]
-pub fn add_to_record(record: &mut [f32], j: usize, values: &AtEachT, step: &Step) {
+pub fn add_to_record(record: &mut [f32], j: usize, values: &AtEachT, before: u32) {
     let (means, spreads) = record.split_at_mut(GRID.len() * LANES);
     let (means, spreads) = (&mut means[j * LANES..][..LANES], &mut spreads[j * LANES..][..LANES]);
-    let (weight, share) = (step.weight as f32, step.share as f32);
+    let over = 1.0 / (before as f32 + 1.0);
     for lane in 0..LANES {
         let away = values[lane] - means[lane];
-        means[lane] += share * away;
-        spreads[lane] += weight * away * (values[lane] - means[lane]);
+        means[lane] += away * over;
+        spreads[lane] += away * (values[lane] - means[lane]);
     }
 }
 
@@ -146,7 +89,6 @@ pub fn add_to_record(record: &mut [f32], j: usize, values: &AtEachT, step: &Step
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
-    use crate::sampling::{Rng, Stream};
 
     #[test]
     fn points_are_met_exactly_and_weights_add_up() {
@@ -173,56 +115,19 @@ mod tests {
 
     #[test]
     fn spreads_are_those_of_two_sweeps() {
-        // Numbers of pass n are i.i.d.; of the later ones only those count that are measured.
-        let passes: Vec<f32> = (0..30_u32).map(|n| (n * n * 7 % 11) as f32).collect();
+        let passes = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0_f32];
         let mut record = vec![0.0; RECORD];
         let mut colour = ColourSpread::default();
-        for (pass, x) in (0_u32..).zip(&passes) {
-            let Some(step) = Step::of(pass) else { continue };
-            add_to_record(&mut record, 2, &[*x; LANES], &step);
-            colour.add(&[DVec3::splat(f64::from(*x)); POINTS], &step);
+        for (before, x) in passes.iter().enumerate() {
+            add_to_record(&mut record, 2, &[*x; LANES], before as u32);
+            colour.add(&[DVec3::splat(f64::from(*x)); POINTS], before as u32);
         }
-        let weighted = || (0_u32..).zip(&passes).map(|(pass, x)| (weight(pass), f64::from(*x)));
-        let all: f64 = weighted().map(|(w, _)| w).sum();
-        let mean = weighted().map(|(w, x)| w * x).sum::<f64>() / all;
-        let spread: f64 = weighted().map(|(w, x)| w * (x - mean).powi(2)).sum();
-        assert!((f64::from(record[place_of_spread(7)]) / spread - 1.0).abs() < 1e-5);
-        assert!((f64::from(record[2 * LANES + 3]) - mean).abs() < 1e-5);
-        let measured = Measured::of(30);
-        let error = (spread * measured.scale()).sqrt();
-        assert!((colour.errors(&measured)[7].x - error).abs() < 1e-6);
-    }
-
-    #[test]
-    fn where_all_passes_are_measured_errors_are_the_plain_ones() {
-        for passes in 2..=8 {
-            let measured = Measured::of(passes);
-            let n = f64::from(passes);
-            assert!((measured.scale() * n * (n - 1.0) - 1.0).abs() < 1e-12);
-            assert_eq!(measured.equal_passes(), passes);
-        }
-        assert_eq!((Measured::of(64).weights, Measured::of(64).equal_passes()), (64.0, 17));
-    }
-
-    #[test]
-    fn the_squared_error_is_unbiased() {
-        let (passes, trials) = (29_u32, 4_000_u32);
-        let mut rng = Rng::new(5, Stream::Test, 0, 0);
-        let (mut estimated, mut squares) = (0.0, 0.0);
-        for _ in 0..trials {
-            let mut colour = ColourSpread::default();
-            for pass in 0..passes {
-                let x = DVec3::splat(f64::from(rng.f32()));
-                Step::of(pass).iter().for_each(|step| colour.add(&[x; POINTS], step));
-            }
-            let variance = colour.errors(&Measured::of(passes))[0].x.powi(2);
-            estimated += variance;
-            squares += variance * variance;
-        }
-        let n = f64::from(trials);
-        let (mean, truth) = (estimated / n, 1.0 / 12.0 / f64::from(passes));
-        let error = ((squares / n - mean * mean) / n).sqrt();
-        assert!((mean - truth).abs() < 3.5 * error, "{mean} ± {error} for {truth}");
-        assert!((mean - 1.02 * truth).abs() > 3.5 * error, "too noisy to tell 2 %");
+        let mean = passes.iter().sum::<f32>() / 6.0;
+        let spread = passes.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>();
+        assert!(
+            (record[place_of_spread(7)] - spread).abs() < 1e-4 && (record[2 * LANES + 3] - mean).abs() < 1e-6
+        );
+        let error = (f64::from(spread) / 30.0).sqrt();
+        assert!((colour.errors(6)[7].x - error).abs() < 1e-6);
     }
 }

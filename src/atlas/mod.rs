@@ -32,7 +32,6 @@ mod nodes;
 mod run;
 mod sums;
 
-use errors::Measured;
 pub use errors::{GRID, POINTS};
 pub use frontier::{Frontier, REACH, Sample};
 pub use nodes::Nodes;
@@ -152,15 +151,9 @@ impl Atlas {
         Some(Estimate {
             mean: mixed.visible,
             standard_error: mixed.error,
-            passes: Some(self.error_passes()),
+            passes: Some(self.passes),
             colour: Some((colour, mixed.colour_error?)),
         })
-    }
-
-    /// So many passes of equal weight would tell the error as well: the error bar is measured in all of the first eight
-    /// passes and in one of four from there on.
-    pub fn error_passes(&self) -> u32 {
-        Measured::of(self.passes).equal_passes()
     }
 
     fn pixels(&self) -> usize {

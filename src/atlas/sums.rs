@@ -1,6 +1,6 @@
 //! What passes add up to: per pixel one sum for each pair of stored powers, and the spreads for the error bar.
 
-use super::errors::{self, AtEachT, ColourSpread, GRID, LANES, Measured, POINTS, RECORD, Step};
+use super::errors::{self, AtEachT, ColourSpread, GRID, LANES, POINTS, RECORD};
 use super::frontier::Frontier;
 use super::nodes::{Nodes, Shares};
 use super::{Atlas, AtlasErrors};
@@ -57,27 +57,24 @@ impl Tables {
         3 * self.n.len() * self.m.len() + RECORD
     }
 
-    /// Adds one pixel of one pass. If the pass is measured, values at the points of the grid are also added to the row.
-    fn add(&self, record: &mut [f32], pixel: &ByOrder, step: Option<&Step>, row: &mut RowTotal) {
+    /// Adds one pixel of one pass. Values at the points of the grid are also added to the row.
+    fn add(&self, record: &mut [f32], pixel: &ByOrder, before: u32, row: &mut RowTotal) {
         // The same sums in the same order on every machine; only how many lanes are added at once differs.
-        dispatch!(self.level, _simd => self.add_lanes(record, pixel, step, row));
+        dispatch!(self.level, _simd => self.add_lanes(record, pixel, before, row));
     }
 
     #[inline(always)]
-    fn add_lanes(&self, record: &mut [f32], pixel: &ByOrder, step: Option<&Step>, row: &mut RowTotal) {
+    fn add_lanes(&self, record: &mut [f32], pixel: &ByOrder, before: u32, row: &mut RowTotal) {
         let (sums, spreads) = record.split_at_mut(3 * self.n.len() * self.m.len());
+        row.by_n.resize(self.s_powers[0].len(), [0.0; LANES]);
+        let mut highest = 0;
         for (n, m, value) in pixel.iter() {
             for &(bin, weight) in self.shares.of(n, m) {
                 let weighted = (weight * value).to_array();
                 let sums = &mut sums[3 * bin as usize..][..3];
                 sums.iter_mut().zip(weighted).for_each(|(sum, x)| *sum += x);
             }
-        }
-        let Some(step) = step else { return };
-        // By n alone, once t is put in: far fewer numbers for the points of one t.
-        row.by_n.resize(self.s_powers[0].len(), [0.0; LANES]);
-        let mut highest = 0;
-        for (n, m, value) in pixel.iter() {
+            // By n alone, once t is put in: far fewer numbers for the points of one t.
             let [r, g, b] = value.to_array();
             let rgb = [r, g, b, r, g, b, r, g, b, r, g, b, r, g, b, 0.0];
             let powers = &self.t_powers[usize::from(m)];
@@ -90,7 +87,7 @@ impl Tables {
             for (by_n, powers) in row.by_n[..=highest].iter().zip(powers) {
                 (0..LANES).for_each(|lane| values[lane] += powers[lane] * by_n[lane]);
             }
-            errors::add_to_record(spreads, j, &values, step);
+            errors::add_to_record(spreads, j, &values, before);
             let total = &mut row.total[j];
             (0..LANES).for_each(|lane| total[lane] += f64::from(values[lane]));
         }
@@ -158,21 +155,19 @@ impl AtlasSums {
         maps: &Maps<'_, P>,
         pass: u32,
     ) -> Gathered<1> {
-        let (tables, step) = (&self.tables, Step::of(pass));
+        let (tables, before) = (&self.tables, self.passes);
         let add = |record: &mut [f32], pixel: &ByOrder, total: &mut RowTotal| {
-            tables.add(record, pixel, step.as_ref(), total);
+            tables.add(record, pixel, before, total);
         };
         let counting = (self.most, self.at);
         let (gathered, rows) =
             gather_by_order(plan, connections, maps, pass, counting, &mut self.records, add);
-        if let Some(step) = step {
-            let pixels = f64::from(self.width) * f64::from(self.height);
-            let colour = |row: &RowTotal, point: usize| {
-                DVec3::from_slice(&row.total[point % GRID.len()][3 * (point / GRID.len())..])
-            };
-            let mean = |point| rows.iter().map(|row| colour(row, point)).sum::<DVec3>() / pixels;
-            self.colour.add(&std::array::from_fn(mean), &step);
-        }
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        let colour = |row: &RowTotal, point: usize| {
+            DVec3::from_slice(&row.total[point % GRID.len()][3 * (point / GRID.len())..])
+        };
+        let colours = std::array::from_fn(|i| rows.iter().map(|row| colour(row, i)).sum::<DVec3>() / pixels);
+        self.colour.add(&colours, before);
         self.passes += 1;
         gathered
     }
@@ -186,13 +181,12 @@ impl AtlasSums {
             .filter(|plane| plane.iter().all(|value| *value == Vec3::ZERO))
             .for_each(Vec::clear);
         let errors = (self.passes >= 2).then(|| {
-            let measured = Measured::of(self.passes);
-            let scale = measured.scale() as f32;
+            let scale = 1.0 / (passes * (passes - 1.0));
             let planes = self.planes(POINTS, |record, point| {
                 (scale * Vec3::from_slice(&record[3 * bins + errors::place_of_spread(point)..]))
                     .map(f32::sqrt)
             });
-            AtlasErrors { planes, colour: self.colour.errors(&measured) }
+            AtlasErrors { planes, colour: self.colour.errors(self.passes) }
         });
         Atlas {
             width: self.width,

@@ -39,11 +39,9 @@ impl Estimate {
         })
     }
 
-    /// A picture from a file that has an `error` layer and says its `passes` (at least two), or the `error_passes` that
-    /// tell as much of the error.
+    /// A picture from a file that has an `error` layer and says its `passes` (at least two).
     pub fn from_image(image: &Image) -> Option<Self> {
-        let passes = image.header.get("error_passes").or_else(|| image.header.get("passes"))?;
-        let passes = u32::try_from(passes.as_integer()?).ok().filter(|&n| n >= 2)?;
+        let passes = u32::try_from(image.header.get("passes")?.as_integer()?).ok().filter(|&n| n >= 2)?;
         Some(Self {
             mean: image.layer(Layer::Visible.name())?.to_vec(),
             standard_error: image.layer(Layer::Error.name())?.to_vec(),
