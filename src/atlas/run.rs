@@ -114,10 +114,8 @@ impl AtlasRun {
     pub fn pass(&mut self, plan: &Plan, connections: &Connections, pass: u32) -> (Gathered<1>, u64) {
         let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
         let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
-        let mut maps = Maps::<Invisible>::build(photons, plan, pass);
-        let (s, t) = self.sums.at();
-        maps.weigh(s, t);
-        (self.sums.add_pass(plan, connections, &maps, pass), stored)
+        let maps = Maps::<Invisible>::build(photons, plan, pass);
+        (self.sums.add_pass(plan, connections, maps, pass), stored)
     }
 
     /// How far it counts and what it takes, in one line.

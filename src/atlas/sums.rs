@@ -124,11 +124,6 @@ impl AtlasSums {
         self.most
     }
 
-    /// The point of the square at which the film is read.
-    pub fn at(&self) -> (f32, f32) {
-        self.at
-    }
-
     /// How far it counts and what it takes, in one line.
     pub fn describe(&self) -> String {
         let Tables { n, m, frontier, .. } = &self.tables;
@@ -152,7 +147,7 @@ impl AtlasSums {
         &mut self,
         plan: &Plan,
         connections: &Connections,
-        maps: &Maps<'_, P>,
+        maps: Maps<'_, P>,
         pass: u32,
     ) -> Gathered<1> {
         let (tables, before) = (&self.tables, self.passes);
@@ -200,6 +195,7 @@ impl AtlasSums {
             errors,
         }
     }
+
     /// `count` planes, each of which takes a number from each pixel's record. Records are read once, a few rows' worth at a
     /// time.
     fn planes(&self, count: usize, value: impl Fn(&[f32], usize) -> Vec3 + Sync) -> Vec<Vec<Vec3>> {

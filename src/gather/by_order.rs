@@ -45,8 +45,6 @@ pub struct ByOrder {
     /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
     power: Vec<Vec4>,
     met: [u64; MOST_WORDS],
-    /// The film's point.
-    at: (f32, f32),
 }
 
 /// Places of all orders that are ever kept apart, by 64.
@@ -86,7 +84,6 @@ impl ByOrder {
             values: vec![DVec3::ZERO; weights.len()],
             power: vec![Vec4::ZERO; weights.len()],
             met: [0; MOST_WORDS],
-            at: (s, t),
             weights,
             touched: Vec::new(),
         }
@@ -143,12 +140,6 @@ impl ByOrder {
         }
     }
 
-    /// sⁿ tᵐ at the film's point.
-    fn weight(&self, Orders { n, m }: Orders) -> f32 {
-        let (s, t) = self.at;
-        s.powi(n.into()) * t.powi(m.into())
-    }
-
     /// The place of light that has the given place, read by a row that already has `row`.
     fn behind(&self, row: Orders, place: usize) -> u16 {
         self.orders.get(place).map_or(place as u16, |&(n, m)| self.place(row, Orders { n, m }))
@@ -184,13 +175,13 @@ impl ByOrder {
     }
 }
 
-/// Gathers one pass of `plan`, whose scene stands at (1, 1); `maps` are weighed at the point `at`. Each pixel's light by order is given to `add` with the
+/// Gathers one pass of `plan`, whose scene stands at (1, 1). Each pixel's light by order is given to `add` with the
 /// pixel's own record, one of equal parts of `records`, and a total of its row of pixels. Returns the pass as it
 /// looks at the point `at`, and the totals, top row first.
 pub fn gather_by_order<P: Power, T: Default + Send>(
     plan: &Plan,
     connections: &Connections,
-    maps: &Maps<'_, P>,
+    mut maps: Maps<'_, P>,
     pass: u32,
     (most, at): (MostOrders, (f32, f32)),
     records: &mut [f32],
@@ -200,6 +191,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
     let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
     let stride = records.len() / (width * height);
     let mut pixels = vec![Pixel::<1>::EMPTY; width * height];
+    maps.weigh(at);
     let counting = ByOrder::new(most, at);
     let packed = [PathClass::Direct, PathClass::Caustic, PathClass::Indirect]
         .map(|class| counting.packed(maps.of(class)));
@@ -211,7 +203,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 plan,
                 view,
                 connections,
-                maps,
+                maps: &maps,
                 packed: &packed,
                 by_order,
                 growth: plan.existence.growth().max(1.0),
@@ -377,8 +369,10 @@ impl<P: Power> Walk<'_, P> {
                     }
                 });
                 value += by_order.add_met(reading.orders, over_whole);
-                // Its weight leaves out that orders beyond the last stored count as the last: it serves the bias alone.
-                let inner = by_order.weight(reading.orders) * inner.light().invisible;
+                // Row and photons are weighed apart, which forgets that orders beyond the last stored count as the last:
+                // it serves the bias alone.
+                let row = by_order.weights[usize::from(by_order.place(reading.orders, Orders::default()))];
+                let inner = row * inner.light().invisible;
                 *pixel.parts[0].of(class) += value;
                 pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
             }

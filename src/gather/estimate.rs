@@ -121,7 +121,7 @@ impl<'a, P: Power> Maps<'a, P> {
 
     /// Multiplies what is read by sⁿ tᵐ of each photon's orders: the maps of a scene at (1, 1) become those of the point
     /// (s, t). The photons themselves stay as they are.
-    pub fn weigh(&mut self, s: f32, t: f32) {
+    pub(super) fn weigh(&mut self, (s, t): (f32, f32)) {
         let powers = |x: f32| -> Vec<f32> { (0..=u8::MAX).map(|n| x.powi(n.into())).collect() };
         let (s, t) = (powers(s), powers(t));
         for map in &mut self.by_class {

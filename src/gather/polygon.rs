@@ -39,9 +39,8 @@ impl Facet {
             let [a, b, c] = scene.mesh.corners(triangle);
             let facet =
                 Self { corners: [a, b, c, c], count: 3, front: scene.mesh.normal(triangle), emission };
-            let joined = facets.iter().position(|other| other.joined(&facet).is_some());
-            match joined {
-                Some(at) => facets[at] = facets[at].joined(&facet).expect("it was just now"),
+            match facets.iter_mut().find_map(|other| other.joined(&facet).map(|whole| (other, whole))) {
+                Some((half, whole)) => *half = whole,
                 None => facets.push(facet),
             }
         }

@@ -299,6 +299,7 @@ mod tests {
         let points: Vec<[f32; 3]> = photons.iter().map(|photon| photon.position.to_array()).collect();
         let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&points).expect("finite positions");
         let map = PhotonMap::build(photons.clone());
+        let blocks: Vec<_> = map.blocks().collect();
         let mut rng = Rng::new(3, Stream::Test, 0, 0);
         let mut all = 0;
         for _ in 0..300 {
@@ -314,7 +315,6 @@ mod tests {
                 }
             });
             let mut ours = Vec::new();
-            let blocks: Vec<_> = map.blocks().collect();
             map.visit(Vec3::from_array(place), normal, r, u16::MAX, |block, inside| {
                 let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
                 ours.extend(counted.map(|(_, photon)| photon.position.to_array().map(f32::to_bits)));

@@ -299,6 +299,7 @@ function start() {
     if (square.width !== side) [square.width, square.height] = [side, side];
     const unit = side / 320;
     const [px, py] = places(side);
+    context.clearRect(0, 0, side, side); // the ground is not everywhere opaque
     context.drawImage(ground, 0, 0);
     const [x, y] = [px(state.s), py(state.t)];
     context.lineWidth = 1 * unit;
