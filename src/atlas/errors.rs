@@ -5,6 +5,9 @@
 //! (but for rounding) convex one, so that the lines between points lie above it, by no more than about a tenth.
 
 use super::frontier::Frontier;
+use super::nodes::Nodes;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
 use glam::DVec3;
 
 /// Points in each direction: t, and s as a share of the largest that is served at t.
@@ -60,28 +63,65 @@ impl ColourSpread {
     }
 }
 
-/// Red, green and blue at each t of the grid, in one row that vector units like.
-pub type AtEachT = [f32; LANES];
-/// Its length: the last lane is spare.
-pub const LANES: usize = 16;
-/// Numbers in a pixel's record: means, then spreads, each row by row (share of s).
-pub const RECORD: usize = 2 * GRID.len() * LANES;
+/// Numbers of a picture at every point of the grid; see [`place`].
+pub const RECORD: usize = 3 * POINTS;
+/// The same of all points with one share of s.
+const COLUMN: usize = 3 * GRID.len();
+/// What vector units add at once: a number for each t, and zeros.
+const VECTOR: usize = 8;
 
-/// Where the spread of a point's red is in the record; green and blue follow.
-pub fn place_of_spread(point: usize) -> usize {
-    GRID.len() * LANES + point % GRID.len() * LANES + 3 * (point / GRID.len())
+/// Where a channel at a point is among [`RECORD`] numbers.
+pub fn place(point: usize, channel: usize) -> usize {
+    point % GRID.len() * COLUMN + channel * GRID.len() + point / GRID.len()
 }
 
-/// The same as [`ColourSpread::add`] for one pixel and the row `j` of its record.
-#[inline(always)]
-pub fn add_to_record(record: &mut [f32], j: usize, values: &AtEachT, before: u32) {
-    let (means, spreads) = record.split_at_mut(GRID.len() * LANES);
-    let (means, spreads) = (&mut means[j * LANES..][..LANES], &mut spreads[j * LANES..][..LANES]);
-    let over = 1.0 / (before as f32 + 1.0);
-    for lane in 0..LANES {
-        let away = values[lane] - means[lane];
-        means[lane] += away * over;
-        spreads[lane] += away * (values[lane] - means[lane]);
+/// What sums by stored powers make at every point of the grid: sⁿ tᵐ of each.
+pub struct AtGrid {
+    /// tᵐ of every t, by node of m.
+    t_powers: Vec<[f32; VECTOR]>,
+    /// sⁿ of every t, by node of n and share of s.
+    s_powers: Vec<[[f32; VECTOR]; GRID.len()]>,
+}
+
+impl AtGrid {
+    /// For these powers, where images exist up to the frontier.
+    pub fn new(n: &Nodes, m: &Nodes, frontier: &Frontier) -> Self {
+        let at_each_t = |value: &dyn Fn(usize) -> f64| -> [f32; VECTOR] {
+            std::array::from_fn(|i| if i < GRID.len() { value(i) as f32 } else { 0.0 })
+        };
+        let t_powers = m.powers().iter().map(|m| at_each_t(&|i| GRID[i].powi((*m).into()))).collect();
+        let s_power = |n: u8, j: usize| at_each_t(&|i| point(frontier, i, j).0.powi(n.into()));
+        let s_powers = n.powers().iter().map(|n| std::array::from_fn(|j| s_power(*n, j))).collect();
+        Self { t_powers, s_powers }
+    }
+
+    /// `sums`: RGB by nodes of n, then m.
+    #[inline(always)]
+    pub fn of<S: Simd>(&self, simd: S, sums: &[f32]) -> [f32; RECORD] {
+        let zero = [f32x8::simd_from(simd, 0.0); 3];
+        let mut values = [zero; GRID.len()];
+        let across = 3 * self.t_powers.len();
+        for (sums, s_powers) in sums.chunks_exact(across).zip(&self.s_powers) {
+            let mut by_t = zero;
+            for (rgb, powers) in sums.as_chunks::<3>().0.iter().zip(&self.t_powers) {
+                let powers = f32x8::load_array_ref(simd, powers);
+                for (by_t, x) in by_t.iter_mut().zip(rgb) {
+                    *by_t += powers * *x;
+                }
+            }
+            for (values, powers) in values.iter_mut().zip(s_powers) {
+                let powers = f32x8::load_array_ref(simd, powers);
+                for (value, by_t) in values.iter_mut().zip(by_t) {
+                    *value += powers * by_t;
+                }
+            }
+        }
+        let mut all = [0.0; RECORD];
+        for (all, value) in all.as_chunks_mut::<{ GRID.len() }>().0.iter_mut().zip(values.as_flattened()) {
+            let value = value.to_array();
+            *all = std::array::from_fn(|i| value[i]);
+        }
+        all
     }
 }
 
@@ -89,6 +129,7 @@ pub fn add_to_record(record: &mut [f32], j: usize, values: &AtEachT, before: u32
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
+    use fearless_simd::{Level, dispatch};
 
     #[test]
     fn points_are_met_exactly_and_weights_add_up() {
@@ -114,19 +155,38 @@ mod tests {
     }
 
     #[test]
+    fn sums_at_the_grid_are_those_of_the_series() {
+        let frontier = Frontier::from_samples(vec![
+            Sample { t: 0.0, kappa: 0.8, error: 0.0 },
+            Sample { t: 1.0, kappa: 1.3, error: 0.0 },
+        ])
+        .expect("rising");
+        let (n, m) = (Nodes::up_to(9), Nodes::up_to(2));
+        let sums: Vec<f32> = (0..3 * n.len() * m.len()).map(|i| 1.0 + (i * 7 % 11) as f32).collect();
+        let at_grid = AtGrid::new(&n, &m, &frontier);
+        let found = dispatch!(Level::new(), simd => at_grid.of(simd, &sums));
+        for at in 0..POINTS {
+            let (s, t) = point(&frontier, at / GRID.len(), at % GRID.len());
+            let (across, along) = (n.weights(s), m.weights(t));
+            for channel in 0..3 {
+                let weights = across.iter().flat_map(|a| along.iter().map(move |b| a * b));
+                let terms = weights.zip(sums.chunks(3)).map(|(w, rgb)| w * f64::from(rgb[channel]));
+                let truth: f64 = terms.sum();
+                let found = f64::from(found[place(at, channel)]);
+                assert!((found / truth - 1.0).abs() < 1e-5, "{s} {t}: {found} for {truth}");
+            }
+        }
+    }
+
+    #[test]
     fn spreads_are_those_of_two_sweeps() {
         let passes = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0_f32];
-        let mut record = vec![0.0; RECORD];
         let mut colour = ColourSpread::default();
         for (before, x) in passes.iter().enumerate() {
-            add_to_record(&mut record, 2, &[*x; LANES], before as u32);
             colour.add(&[DVec3::splat(f64::from(*x)); POINTS], before as u32);
         }
         let mean = passes.iter().sum::<f32>() / 6.0;
         let spread = passes.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>();
-        assert!(
-            (record[place_of_spread(7)] - spread).abs() < 1e-4 && (record[2 * LANES + 3] - mean).abs() < 1e-6
-        );
         let error = (f64::from(spread) / 30.0).sqrt();
         assert!((colour.errors(6)[7].x - error).abs() < 1e-6);
     }

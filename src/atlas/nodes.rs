@@ -10,6 +10,9 @@
 //! of sⁿ at s counts by what tᵐ can be at most of such a picture, and an error of tᵐ at t by what sⁿ can be.
 
 use super::frontier::Frontier;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+use glam::Vec3;
 
 /// The nodes, as far as they may be needed.
 const NODES: [u8; 13] = [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 42, 62, 92];
@@ -66,14 +69,25 @@ impl Nodes {
 /// Nodes by index, and their weights.
 type Share = Vec<(u8, f32)>;
 
-/// How every pair (n, m) is shared out: first m among the nodes of t, then n among the nodes of s.
+/// How every pair (n, m) is shared out: first m among the nodes of t, then n among the nodes of s, which for all m is one sum
+/// of rows.
 pub struct Shares {
     across: usize,
-    /// For each (n, m), at n * across + m, where its bins begin; they end where the next one's begin.
+    /// Numbers in a row: red, green and blue for each node of t.
+    row: usize,
+    /// The same with room for whole vectors.
+    room: usize,
+    /// For each (n, m), at n * across + m, where its nodes of t begin; they end where the next one's begin.
     begins: Vec<u32>,
-    /// Pairs of nodes, at (index of n) * (nodes of t) + (index of m), and their weights.
-    bins: Vec<(u32, f32)>,
+    /// Nodes of t, and their weights.
+    along: Vec<(u8, f32)>,
+    /// For each node of s every n that has a share in it, rising, and its weights in that node's row, `room` each.
+    across_powers: Vec<Vec<u8>>,
+    across_weights: Vec<Vec<f32>>,
 }
+
+/// Numbers that vector units add at once; rows are rounded up to it.
+const VECTOR: usize = 8;
 
 impl Shares {
     /// For pictures of all points that have one.
@@ -87,26 +101,87 @@ impl Shares {
             let powers = 0..=nodes.last();
             powers.map(|power| share(&nodes.powers, power, &places, &counts, everywhere)).collect()
         };
-        // By the node of t, then n.
-        let by_n: Vec<Vec<Share>> = m.powers.iter().map(|m| all(n, along_s.of(*m))).collect();
-        let (mut begins, mut bins) = (Vec::new(), Vec::new());
+        let (mut begins, mut along) = (Vec::new(), Vec::new());
         for power in 0..=n.last() {
             for by_m in all(m, along_t.of(power)) {
-                begins.push(bins.len() as u32);
-                for (j, b) in by_m {
-                    let shares = by_n[usize::from(j)][usize::from(power)].iter();
-                    bins.extend(shares.map(|(i, a)| (u32::from(*i) * m.len() as u32 + u32::from(j), a * b)));
+                begins.push(along.len() as u32);
+                along.extend(by_m);
+            }
+        }
+        begins.push(along.len() as u32);
+        // By the node of t, then n.
+        let by_n: Vec<Vec<Share>> = m.powers.iter().map(|m| all(n, along_s.of(*m))).collect();
+        let row = 3 * m.len();
+        let room = row.next_multiple_of(VECTOR);
+        let mut across_powers: Vec<Vec<u8>> = vec![Vec::new(); n.len()];
+        let mut across_weights: Vec<Vec<f32>> = vec![Vec::new(); n.len()];
+        for power in 0..=n.last() {
+            for (j, by_n) in by_n.iter().enumerate() {
+                for &(node, weight) in &by_n[usize::from(power)] {
+                    let node = usize::from(node);
+                    let (powers, weights) = (&mut across_powers[node], &mut across_weights[node]);
+                    if powers.last() != Some(&power) {
+                        powers.push(power);
+                        weights.resize(weights.len() + room, 0.0);
+                    }
+                    weights[(powers.len() - 1) * room + 3 * j..][..3].fill(weight);
                 }
             }
         }
-        begins.push(bins.len() as u32);
-        Self { across: usize::from(m.last()) + 1, begins, bins }
+        let across = usize::from(m.last()) + 1;
+        Self { across, row, room, begins, along, across_powers, across_weights }
     }
 
-    /// The pairs of nodes that stand for (n, m), and their weights.
-    pub fn of(&self, n: u8, m: u8) -> &[(u32, f32)] {
-        let at = usize::from(n) * self.across + usize::from(m);
-        &self.bins[self.begins[at] as usize..self.begins[at + 1] as usize]
+    /// Shares out light by (n, m). Fills `sums` with red, green and blue of all pairs of nodes, at (index of n) * (nodes of t) +
+    /// (index of m), and room for [`spare`](Self::spare) numbers behind them. `rows` must be zeros,
+    /// [`rows`](Self::rows) of them, and is left so.
+    #[inline(always)]
+    pub fn share_out<S: Simd>(
+        &self,
+        simd: S,
+        light: impl Iterator<Item = (u8, u8, Vec3)>,
+        rows: &mut [f32],
+        sums: &mut [f32],
+    ) {
+        let mut used = 0;
+        for (n, m, value) in light {
+            let n = usize::from(n);
+            let at = n * self.across + usize::from(m);
+            let row = &mut rows[n * self.room..][..self.room];
+            for &(j, weight) in &self.along[self.begins[at] as usize..self.begins[at + 1] as usize] {
+                let row = &mut row[3 * usize::from(j)..][..3];
+                row[0] += weight * value.x;
+                row[1] += weight * value.y;
+                row[2] += weight * value.z;
+            }
+            used = used.max(n + 1);
+        }
+        let powers = self.across_powers.iter().zip(&self.across_weights);
+        for (node, (powers, weights)) in powers.enumerate() {
+            for at in (0..self.room).step_by(VECTOR) {
+                let mut sum = f32x8::simd_from(simd, 0.0);
+                for (n, weights) in powers.iter().zip(weights.chunks_exact(self.room)) {
+                    if usize::from(*n) >= used {
+                        break;
+                    }
+                    let row = &rows[usize::from(*n) * self.room + at..][..VECTOR];
+                    sum += f32x8::from_slice(simd, &weights[at..][..VECTOR]) * f32x8::from_slice(simd, row);
+                }
+                // What is behind the row's end is overwritten by the next.
+                sum.store_slice(&mut sums[node * self.row + at..][..VECTOR]);
+            }
+        }
+        rows[..used * self.room].fill(0.0);
+    }
+
+    /// How many numbers [`share_out`](Self::share_out) works with.
+    pub fn rows(&self) -> usize {
+        self.begins.len() / self.across * self.room
+    }
+
+    /// Numbers that it overwrites behind the sums.
+    pub fn spare(&self) -> usize {
+        self.room - self.row
     }
 }
 
@@ -215,11 +290,27 @@ fn solved(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
+    use fearless_simd::{Level, dispatch};
 
     fn frontier(kappa: impl Fn(f64) -> f64) -> Frontier {
         let samples =
             [0.0, 0.03, 0.1, 0.25, 0.5, 0.75, 1.0].map(|t| Sample { t, kappa: kappa(t), error: 0.0 });
         Frontier::from_samples(samples.to_vec()).expect("rising")
+    }
+
+    /// The pairs of nodes that stand for (n, m), and their weights.
+    fn of(shares: &Shares, n: u8, m: u8) -> Vec<(usize, f32)> {
+        let mut rows = vec![0.0; shares.rows()];
+        let bins = shares.row / 3 * shares.across_powers.len();
+        let mut sums = vec![0.0; 3 * bins + shares.spare()];
+        let light = [(n, m, Vec3::new(1.0, 2.0, -0.5))].into_iter();
+        dispatch!(Level::new(), simd => shares.share_out(simd, light, &mut rows, &mut sums));
+        assert!(rows.iter().chain(&sums[3 * bins..]).all(|zero| *zero == 0.0));
+        let of_bin = |(bin, sum): (usize, &[f32])| {
+            assert!((sum[1] - 2.0 * sum[0]).abs() < 1e-6 && (sum[2] + 0.5 * sum[0]).abs() < 1e-6);
+            (sum[0] != 0.0).then_some((bin, sum[0]))
+        };
+        sums.chunks_exact(3).enumerate().filter_map(of_bin).collect()
     }
 
     /// The largest error of sⁿ tᵐ over all points that have an image, over the largest that it is.
@@ -235,11 +326,12 @@ mod tests {
             .collect();
         let off = |&(n, m): &(u8, u8)| {
             let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+            let shares = of(&shares, n, m);
             for &(s, t) in &points {
                 let (across, along) = (nodes_n.weights(s), nodes_m.weights(t));
                 let mut fit = 0.0;
-                for &(bin, w) in shares.of(n, m) {
-                    let (i, j) = (bin as usize / along.len(), bin as usize % along.len());
+                for &(bin, w) in &shares {
+                    let (i, j) = (bin / along.len(), bin % along.len());
                     fit += f64::from(w) * across[i] * along[j];
                 }
                 let truth = s.powi(n.into()) * t.powi(m.into());
@@ -273,8 +365,8 @@ mod tests {
                 let mut light = f64::powi(a, n.into());
                 for m in 0..=n.min(42) {
                     terms.push((n, m, light));
-                    for &(bin, weight) in shares.of(n, m) {
-                        planes[bin as usize] += f64::from(weight) * light;
+                    for (bin, weight) in of(&shares, n, m) {
+                        planes[bin] += f64::from(weight) * light;
                     }
                     light *= b / a * f64::from(n - m) / f64::from(m + 1);
                 }
@@ -304,8 +396,8 @@ mod tests {
         let (n, m) = (Nodes::up_to(10), Nodes::up_to(3));
         assert_eq!(n.powers(), [0, 1, 2, 3, 4, 6, 9, 13]);
         let shares = Shares::new(&n, &m, &frontier(|_| 0.5));
-        assert_eq!(shares.of(4, 2), [(4 * 4 + 2, 1.0)]);
-        let sum: f32 = shares.of(5, 3).iter().map(|(_, w)| w).sum();
+        assert_eq!(of(&shares, 4, 2), [(4 * 4 + 2, 1.0)]);
+        let sum: f32 = of(&shares, 5, 3).iter().map(|(_, w)| w).sum();
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
         assert_eq!(Nodes::up_to(0).powers(), [0]);
         assert_eq!(Nodes::up_to(200).last(), 92);

@@ -1,13 +1,13 @@
 //! What passes add up to: per pixel one sum for each pair of stored powers, and the spreads for the error bar.
 
-use super::errors::{self, AtEachT, ColourSpread, GRID, LANES, POINTS, RECORD};
+use super::errors::{self, AtGrid, ColourSpread, POINTS, RECORD};
 use super::frontier::Frontier;
 use super::nodes::{Nodes, Shares};
 use super::{Atlas, AtlasErrors};
 use crate::gather::{ByOrder, Connections, Gathered, Maps, MostOrders, gather_by_order};
 use crate::light::Power;
 use crate::plan::Plan;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -32,79 +32,83 @@ struct Tables {
     shares: Shares,
     frontier: Frontier,
     level: Level,
-    /// tᵐ, by m.
-    t_powers: Vec<AtEachT>,
-    /// sⁿ, by share of the largest s at t and n.
-    s_powers: [Vec<AtEachT>; GRID.len()],
+    at_grid: AtGrid,
 }
 
 impl Tables {
     fn new(n: Nodes, m: Nodes, frontier: Frontier) -> Self {
-        let at_each_t = |value: &dyn Fn(usize) -> f64| -> AtEachT {
-            std::array::from_fn(|lane| if lane / 3 < GRID.len() { value(lane / 3) as f32 } else { 0.0 })
-        };
-        let t_powers = (0..=m.last()).map(|m| at_each_t(&|i| GRID[i].powi(m.into()))).collect();
-        let s_powers = std::array::from_fn(|j| {
-            let s = |i: usize| errors::point(&frontier, i, j).0;
-            (0..=n.last()).map(|n| at_each_t(&|i| s(i).powi(n.into()))).collect()
-        });
         let shares = Shares::new(&n, &m, &frontier);
-        Self { n, m, shares, frontier, level: Level::new(), t_powers, s_powers }
+        let at_grid = AtGrid::new(&n, &m, &frontier);
+        Self { n, m, shares, frontier, level: Level::new(), at_grid }
     }
 
-    /// Sums of all pairs of stored powers, then mean and spread at every point of the grid; RGB each.
+    /// RGB of all pairs of stored powers.
+    fn sums(&self) -> usize {
+        3 * self.n.len() * self.m.len()
+    }
+
+    /// Sums of all pairs of stored powers, then the spread at every point of the grid; RGB each.
     fn record(&self) -> usize {
-        3 * self.n.len() * self.m.len() + RECORD
+        self.sums() + RECORD
     }
 
-    /// Adds one pixel of one pass. Values at the points of the grid are also added to the row.
-    fn add(&self, record: &mut [f32], pixel: &ByOrder, before: u32, row: &mut RowTotal) {
+    /// Adds one pixel of one pass, after `before` others.
+    fn add(
+        &self,
+        record: &mut [f32],
+        light: impl Iterator<Item = (u8, u8, Vec3)>,
+        before: u32,
+        row: &mut Row,
+    ) {
         // The same sums in the same order on every machine; only how many lanes are added at once differs.
-        dispatch!(self.level, _simd => self.add_lanes(record, pixel, before, row));
+        dispatch!(self.level, simd => self.add_lanes(simd, record, light, before, row));
     }
 
     #[inline(always)]
-    fn add_lanes(&self, record: &mut [f32], pixel: &ByOrder, before: u32, row: &mut RowTotal) {
-        let (sums, spreads) = record.split_at_mut(3 * self.n.len() * self.m.len());
-        row.by_n.resize(self.s_powers[0].len(), [0.0; LANES]);
-        let mut highest = 0;
-        for (n, m, value) in pixel.iter() {
-            for &(bin, weight) in self.shares.of(n, m) {
-                let weighted = (weight * value).to_array();
-                let sums = &mut sums[3 * bin as usize..][..3];
-                sums.iter_mut().zip(weighted).for_each(|(sum, x)| *sum += x);
-            }
-            // By n alone, once t is put in: far fewer numbers for the points of one t.
-            let [r, g, b] = value.to_array();
-            let rgb = [r, g, b, r, g, b, r, g, b, r, g, b, r, g, b, 0.0];
-            let powers = &self.t_powers[usize::from(m)];
-            let by_n = &mut row.by_n[usize::from(n)];
-            (0..LANES).for_each(|lane| by_n[lane] += powers[lane] * rgb[lane]);
-            highest = highest.max(usize::from(n));
+    fn add_lanes<S: Simd>(
+        &self,
+        simd: S,
+        record: &mut [f32],
+        light: impl Iterator<Item = (u8, u8, Vec3)>,
+        before: u32,
+        row: &mut Row,
+    ) {
+        let (sums, spreads) = record.split_at_mut(self.sums());
+        row.total.resize(sums.len(), 0.0);
+        row.room.resize(self.shares.rows(), 0.0);
+        row.pixel.resize(sums.len() + self.shares.spare(), 0.0);
+        self.shares.share_out(simd, light, &mut row.room, &mut row.pixel);
+        // How far this pass is from the mean of those before it. The grid is linear in the sums, so that this is all that
+        // its spread needs (Welford).
+        let n = before as f32;
+        let over = 1.0 / n.max(1.0);
+        for ((value, sum), total) in row.pixel.iter_mut().zip(sums).zip(&mut row.total) {
+            let away = *value - *sum * over;
+            *sum += *value;
+            *total += *value;
+            *value = away;
         }
-        for (j, powers) in self.s_powers.iter().enumerate() {
-            let mut values = [0.0; LANES];
-            for (by_n, powers) in row.by_n[..=highest].iter().zip(powers) {
-                (0..LANES).for_each(|lane| values[lane] += powers[lane] * by_n[lane]);
-            }
-            errors::add_to_record(spreads, j, &values, before);
-            let total = &mut row.total[j];
-            (0..LANES).for_each(|lane| total[lane] += f64::from(values[lane]));
+        let away = self.at_grid.of(simd, &row.pixel[..self.sums()]);
+        let share = n / (n + 1.0);
+        for (spread, away) in spreads.iter_mut().zip(away) {
+            *spread += share * away * away;
         }
-        row.by_n[..=highest].fill([0.0; LANES]);
+    }
+
+    /// What sums by stored powers make at every point of the grid.
+    fn at_grid(&self, sums: &[f32]) -> [f32; RECORD] {
+        dispatch!(self.level, simd => self.at_grid.of(simd, sums))
     }
 }
 
-/// Of a row of pixels: the sum of the picture at every point of the grid; and room to work in.
-struct RowTotal {
-    total: [[f64; LANES]; GRID.len()],
-    by_n: Vec<AtEachT>,
-}
-
-impl Default for RowTotal {
-    fn default() -> Self {
-        Self { total: [[0.0; LANES]; GRID.len()], by_n: Vec::new() }
-    }
+/// Of a row of pixels.
+#[derive(Default)]
+struct Row {
+    /// The sum of all pixels, by stored powers.
+    total: Vec<f32>,
+    /// Room to work in.
+    pixel: Vec<f32>,
+    room: Vec<f32>,
 }
 
 impl AtlasSums {
@@ -151,17 +155,17 @@ impl AtlasSums {
         pass: u32,
     ) -> Gathered<1> {
         let (tables, before) = (&self.tables, self.passes);
-        let add = |record: &mut [f32], pixel: &ByOrder, total: &mut RowTotal| {
-            tables.add(record, pixel, before, total);
+        let add = |record: &mut [f32], pixel: &ByOrder, row: &mut Row| {
+            tables.add(record, pixel.iter(), before, row);
         };
         let counting = (self.most, self.at);
         let (gathered, rows) =
             gather_by_order(plan, connections, maps, pass, counting, &mut self.records, add);
         let pixels = f64::from(self.width) * f64::from(self.height);
-        let colour = |row: &RowTotal, point: usize| {
-            DVec3::from_slice(&row.total[point % GRID.len()][3 * (point / GRID.len())..])
-        };
-        let colours = std::array::from_fn(|i| rows.iter().map(|row| colour(row, i)).sum::<DVec3>() / pixels);
+        let rows: Vec<_> = rows.iter().map(|row| tables.at_grid(&row.total)).collect();
+        let sum = |place: usize| rows.iter().map(|row| f64::from(row[place])).sum::<f64>() / pixels;
+        let colour = |point| DVec3::from_array(std::array::from_fn(|c| sum(errors::place(point, c))));
+        let colours = std::array::from_fn(colour);
         self.colour.add(&colours, before);
         self.passes += 1;
         gathered
@@ -178,8 +182,8 @@ impl AtlasSums {
         let errors = (self.passes >= 2).then(|| {
             let scale = 1.0 / (passes * (passes - 1.0));
             let planes = self.planes(POINTS, |record, point| {
-                (scale * Vec3::from_slice(&record[3 * bins + errors::place_of_spread(point)..]))
-                    .map(f32::sqrt)
+                let spread = |channel| record[3 * bins + errors::place(point, channel)];
+                Vec3::from_array(std::array::from_fn(|channel| (scale * spread(channel)).sqrt()))
             });
             AtlasErrors { planes, colour: self.colour.errors(self.passes) }
         });
@@ -216,5 +220,53 @@ impl AtlasSums {
             }
         });
         planes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frontier::Sample;
+    use super::*;
+
+    #[test]
+    fn spreads_are_those_of_two_sweeps() {
+        let samples = [0.0, 1.0].map(|t| Sample { t, kappa: 0.5 + 0.3 * t, error: 0.0 });
+        let frontier = Frontier::from_samples(samples.to_vec()).expect("rising");
+        let tables = Tables::new(Nodes::up_to(9), Nodes::up_to(4), frontier);
+        let mut record = vec![0.0; tables.record()];
+        let mut row = Row::default();
+        // Orders between nodes too; some passes bring nothing.
+        let passes: Vec<Vec<(u8, u8, Vec3)>> = (0..7_u8)
+            .map(|pass| {
+                let light = |i: u8| Vec3::new(f32::from(pass * i % 5), 1.0, f32::from((pass + i) % 3));
+                (0..pass % 4).map(|i| (3 * i, i, light(i))).collect()
+            })
+            .collect();
+        for (before, pass) in passes.iter().enumerate() {
+            tables.add(&mut record, pass.iter().copied(), before as u32, &mut row);
+        }
+        let (sums, spreads) = record.split_at(tables.sums());
+        for at in 0..POINTS {
+            let (s, t) = errors::point(&tables.frontier, at / 5, at % 5);
+            let picture = |pass: &Vec<(u8, u8, Vec3)>, channel: usize| -> f64 {
+                let term = |(n, m, light): &(u8, u8, Vec3)| {
+                    s.powi((*n).into()) * t.powi((*m).into()) * f64::from(light[channel])
+                };
+                pass.iter().map(term).sum()
+            };
+            let total = tables.at_grid(sums);
+            for channel in 0..3 {
+                let each: Vec<f64> = passes.iter().map(|pass| picture(pass, channel)).collect();
+                let mean = each.iter().sum::<f64>() / 7.0;
+                let spread: f64 = each.iter().map(|x| (x - mean) * (x - mean)).sum();
+                let place = errors::place(at, channel);
+                assert!((f64::from(total[place]) - 7.0 * mean).abs() < 2e-3, "{s} {t}: {mean}");
+                assert!(
+                    (f64::from(spreads[place]) - spread).abs() < 2e-3 * (1.0 + spread),
+                    "{s} {t}: {spread}"
+                );
+            }
+        }
+        assert!(row.total.iter().zip(sums).all(|(a, b)| (a - b).abs() < 1e-4));
     }
 }
