@@ -112,20 +112,32 @@ impl Render {
 
     /// Renders the next pass and adds it to the film.
     pub fn pass(&mut self) {
+        self.passes(1);
+    }
+
+    /// Renders the next passes and adds them to the film: one, or as many as an [`AtlasRun`] likes to render together, but no
+    /// more than `most`. Returns how many.
+    pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
-        let pass = self.film.passes();
+        let first = self.film.passes();
         let biased = self.plan.photons.is_some().then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
-        let (image, stored) = match &mut self.atlas {
-            None => render_pass(&self.plan, &self.connections, pass, &planes),
+        let images = match &mut self.atlas {
+            None => vec![render_pass(&self.plan, &self.connections, first, &planes)],
             Some(atlas) => {
-                let (gathered, stored) = atlas.pass(&self.plan, &self.connections, pass);
-                (pass_image(&self.plan.settings, &gathered, &planes), stored)
+                let passes = first..first + atlas.together().min(most).max(1);
+                let gathered = atlas.passes(&self.plan, &self.connections, passes);
+                let image =
+                    |(gathered, stored)| (pass_image(&self.plan.settings, &gathered, &planes), stored);
+                gathered.into_iter().map(image).collect()
             }
         };
-        self.stored += stored;
-        self.film.add(&image);
+        for (image, stored) in &images {
+            self.stored += stored;
+            self.film.add(image);
+        }
         self.seconds += begin.elapsed().as_secs_f64();
+        images.len() as u32
     }
 
     /// Facts about the picture for its file.

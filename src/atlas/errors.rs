@@ -38,7 +38,7 @@ fn cell(x: f64) -> (usize, f64) {
     (i, ((x - GRID[i]) / (GRID[i + 1] - GRID[i])).clamp(0.0, 1.0))
 }
 
-/// Mean and sum of squared deviations at every point, one pass after another (Welford).
+/// Mean and sum of squared deviations at every point, one group of passes after another (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourSpread {
     mean: [DVec3; POINTS],
@@ -46,20 +46,20 @@ pub struct ColourSpread {
 }
 
 impl ColourSpread {
-    /// Adds the average colours of the pass after `before` others.
-    pub fn add(&mut self, colours: &[DVec3; POINTS], before: u32) {
-        let n = f64::from(before) + 1.0;
+    /// Adds the average colours of `passes` after `before` others.
+    pub fn add(&mut self, colours: &[DVec3; POINTS], before: u32, passes: u32) {
+        let (n, k) = (f64::from(before), f64::from(passes));
         for (i, colour) in colours.iter().enumerate() {
             let away = *colour - self.mean[i];
-            self.mean[i] += away / n;
-            self.spread[i] += away * (*colour - self.mean[i]);
+            self.mean[i] += away * (k / (n + k));
+            self.spread[i] += away * away * (n * k / (n + k));
         }
     }
 
-    /// Standard errors of the mean of `passes` (two or more).
-    pub fn errors(&self, passes: u32) -> [DVec3; POINTS] {
-        let n = f64::from(passes);
-        self.spread.map(|spread| (spread / (n * (n - 1.0))).map(f64::sqrt))
+    /// Standard errors of the mean of `passes` in `groups` (two or more).
+    pub fn errors(&self, passes: u32, groups: u32) -> [DVec3; POINTS] {
+        let scale = f64::from(passes) * (f64::from(groups) - 1.0);
+        self.spread.map(|spread| (spread / scale).map(f64::sqrt))
     }
 }
 
@@ -183,11 +183,11 @@ mod tests {
         let passes = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0_f32];
         let mut colour = ColourSpread::default();
         for (before, x) in passes.iter().enumerate() {
-            colour.add(&[DVec3::splat(f64::from(*x)); POINTS], before as u32);
+            colour.add(&[DVec3::splat(f64::from(*x)); POINTS], before as u32, 1);
         }
         let mean = passes.iter().sum::<f32>() / 6.0;
         let spread = passes.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>();
         let error = (f64::from(spread) / 30.0).sqrt();
-        assert!((colour.errors(6)[7].x - error).abs() < 1e-6);
+        assert!((colour.errors(6, 6)[7].x - error).abs() < 1e-6);
     }
 }

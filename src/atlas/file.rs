@@ -39,6 +39,7 @@ impl Atlas {
         header.set("atlas_n", list(self.n.powers()));
         header.set("atlas_m", list(self.m.powers()));
         header.set("atlas_cut", u32::from(self.cut));
+        header.set("atlas_groups", self.groups);
         let beyond = if self.cut { "left out" } else { "counted as so many" };
         header.set(
             "atlas_rule",
@@ -103,6 +104,8 @@ impl Atlas {
         let cut = integer("atlas_cut").ok_or_else(|| damaged("atlas_cut"))? != 0;
         let passes =
             integer("passes").and_then(|n| u32::try_from(n).ok()).ok_or_else(|| damaged("passes"))?;
+        let groups = integer("atlas_groups").and_then(|n| u32::try_from(n).ok());
+        let groups = groups.ok_or_else(|| damaged("atlas_groups"))?;
         let plane = |name: String| image.layer(&name).map(<[Vec3]>::to_vec);
         let planes = n
             .powers()
@@ -125,7 +128,8 @@ impl Atlas {
                 Some(AtlasErrors { planes, colour })
             }
         };
-        Ok(Self { width: image.width, height: image.height, passes, n, m, cut, frontier, planes, errors })
+        let (width, height) = (image.width, image.height);
+        Ok(Self { width, height, passes, groups, n, m, cut, frontier, planes, errors })
     }
 }
 
@@ -207,6 +211,7 @@ mod tests {
             width: 3,
             height: 2,
             passes: 8,
+            groups: 5,
             n,
             m,
             cut: true,

@@ -51,6 +51,8 @@ pub struct Atlas {
     pub height: u32,
     /// Passes behind it.
     pub passes: u32,
+    /// Groups of them, each of which is one sample of the error bar.
+    pub groups: u32,
     /// The powers of s that are stored.
     pub n: Nodes,
     /// The powers of t that are stored; more crossings than the last count as so many.
@@ -62,7 +64,7 @@ pub struct Atlas {
     /// Mean radiance of each pair of stored powers, at `n * m.len() + m` by index, row-major from top left. Empty
     /// where there is no light.
     pub planes: Vec<Vec<Vec3>>,
-    /// The error bar. None below two passes.
+    /// The error bar. None below two groups.
     pub errors: Option<AtlasErrors>,
 }
 
@@ -151,7 +153,7 @@ impl Atlas {
         Some(Estimate {
             mean: mixed.visible,
             standard_error: mixed.error,
-            passes: Some(self.passes),
+            passes: Some(self.groups),
             colour: Some((colour, mixed.colour_error?)),
         })
     }

@@ -10,9 +10,9 @@
 //! of sⁿ at s counts by what tᵐ can be at most of such a picture, and an error of tᵐ at t by what sⁿ can be.
 
 use super::frontier::Frontier;
+use crate::gather::Ordered;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use glam::Vec3;
 
 /// The nodes, as far as they may be needed.
 const NODES: [u8; 13] = [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 42, 62, 92];
@@ -75,19 +75,22 @@ pub struct Shares {
     across: usize,
     /// Numbers in a row: red, green and blue for each node of t.
     row: usize,
-    /// The same with room for whole vectors.
-    room: usize,
+    /// The same in whole vectors.
+    vectors: usize,
     /// For each (n, m), at n * across + m, where its nodes of t begin; they end where the next one's begin.
     begins: Vec<u32>,
     /// Nodes of t, and their weights.
     along: Vec<(u8, f32)>,
-    /// For each node of s every n that has a share in it, rising, and its weights in that node's row, `room` each.
+    /// For each node of s every n that has a share in it, rising, and its weights in that node's row, a whole row each.
     across_powers: Vec<Vec<u8>>,
-    across_weights: Vec<Vec<f32>>,
+    across_weights: Vec<Vec<Vector>>,
 }
 
-/// Numbers that vector units add at once; rows are rounded up to it.
-const VECTOR: usize = 8;
+/// Numbers that vector units add at once; rows are rounded up to whole ones.
+pub const VECTOR: usize = 8;
+type Vector = [f32; VECTOR];
+/// Vectors of the longest row.
+const MOST_VECTORS: usize = (3 * NODES.len()).div_ceil(VECTOR);
 
 impl Shares {
     /// For pictures of all points that have one.
@@ -112,9 +115,9 @@ impl Shares {
         // By the node of t, then n.
         let by_n: Vec<Vec<Share>> = m.powers.iter().map(|m| all(n, along_s.of(*m))).collect();
         let row = 3 * m.len();
-        let room = row.next_multiple_of(VECTOR);
+        let vectors = row.div_ceil(VECTOR);
         let mut across_powers: Vec<Vec<u8>> = vec![Vec::new(); n.len()];
-        let mut across_weights: Vec<Vec<f32>> = vec![Vec::new(); n.len()];
+        let mut across_weights: Vec<Vec<Vector>> = vec![Vec::new(); n.len()];
         for power in 0..=n.last() {
             for (j, by_n) in by_n.iter().enumerate() {
                 for &(node, weight) in &by_n[usize::from(power)] {
@@ -122,32 +125,27 @@ impl Shares {
                     let (powers, weights) = (&mut across_powers[node], &mut across_weights[node]);
                     if powers.last() != Some(&power) {
                         powers.push(power);
-                        weights.resize(weights.len() + room, 0.0);
+                        weights.resize(weights.len() + vectors, [0.0; VECTOR]);
                     }
-                    weights[(powers.len() - 1) * room + 3 * j..][..3].fill(weight);
+                    weights[(powers.len() - 1) * vectors..].as_flattened_mut()[3 * j..][..3].fill(weight);
                 }
             }
         }
         let across = usize::from(m.last()) + 1;
-        Self { across, row, room, begins, along, across_powers, across_weights }
+        Self { across, row, vectors, begins, along, across_powers, across_weights }
     }
 
     /// Shares out light by (n, m). Fills `sums` with red, green and blue of all pairs of nodes, at (index of n) * (nodes of t) +
-    /// (index of m), and room for [`spare`](Self::spare) numbers behind them. `rows` must be zeros,
+    /// (index of m), and overwrites [`spare`](Self::spare) numbers behind them. `rows` must be zeros,
     /// [`rows`](Self::rows) of them, and is left so.
     #[inline(always)]
-    pub fn share_out<S: Simd>(
-        &self,
-        simd: S,
-        light: impl Iterator<Item = (u8, u8, Vec3)>,
-        rows: &mut [f32],
-        sums: &mut [f32],
-    ) {
+    pub fn share_out<S: Simd>(&self, simd: S, light: &[Ordered], rows: &mut [Vector], sums: &mut [f32]) {
+        const { assert!(MOST_VECTORS == 5) };
         let mut used = 0;
-        for (n, m, value) in light {
+        for &(n, m, value) in light {
             let n = usize::from(n);
             let at = n * self.across + usize::from(m);
-            let row = &mut rows[n * self.room..][..self.room];
+            let row = rows[n * self.vectors..][..self.vectors].as_flattened_mut();
             for &(j, weight) in &self.along[self.begins[at] as usize..self.begins[at + 1] as usize] {
                 let row = &mut row[3 * usize::from(j)..][..3];
                 row[0] += weight * value.x;
@@ -156,32 +154,46 @@ impl Shares {
             }
             used = used.max(n + 1);
         }
-        let powers = self.across_powers.iter().zip(&self.across_weights);
-        for (node, (powers, weights)) in powers.enumerate() {
-            for at in (0..self.room).step_by(VECTOR) {
-                let mut sum = f32x8::simd_from(simd, 0.0);
-                for (n, weights) in powers.iter().zip(weights.chunks_exact(self.room)) {
-                    if usize::from(*n) >= used {
-                        break;
-                    }
-                    let row = &rows[usize::from(*n) * self.room + at..][..VECTOR];
-                    sum += f32x8::from_slice(simd, &weights[at..][..VECTOR]) * f32x8::from_slice(simd, row);
-                }
-                // What is behind the row's end is overwritten by the next.
-                sum.store_slice(&mut sums[node * self.row + at..][..VECTOR]);
-            }
+        let rows = &mut rows[..used * self.vectors];
+        match self.vectors {
+            1 => self.add_rows::<S, 1>(simd, rows, sums),
+            2 => self.add_rows::<S, 2>(simd, rows, sums),
+            3 => self.add_rows::<S, 3>(simd, rows, sums),
+            4 => self.add_rows::<S, 4>(simd, rows, sums),
+            _ => self.add_rows::<S, 5>(simd, rows, sums),
         }
-        rows[..used * self.room].fill(0.0);
+        rows.fill([0.0; VECTOR]);
     }
 
-    /// How many numbers [`share_out`](Self::share_out) works with.
+    /// The row of each node of s: the sum of all rows with a share in it.
+    #[inline(always)]
+    fn add_rows<S: Simd, const V: usize>(&self, simd: S, rows: &[Vector], sums: &mut [f32]) {
+        let (rows, _) = rows.as_chunks::<V>();
+        let powers = self.across_powers.iter().zip(&self.across_weights);
+        for (node, (powers, weights)) in powers.enumerate() {
+            let mut sum = [f32x8::simd_from(simd, 0.0); V];
+            for (n, weights) in powers.iter().zip(weights.as_chunks::<V>().0) {
+                let Some(row) = rows.get(usize::from(*n)) else { break };
+                for i in 0..V {
+                    sum[i] += f32x8::load_array_ref(simd, &weights[i]) * f32x8::load_array_ref(simd, &row[i]);
+                }
+            }
+            // What is behind the row's end is overwritten by the next.
+            let sums = &mut sums[node * self.row..][..V * VECTOR];
+            for (sum, sums) in sum.iter().zip(sums.as_chunks_mut().0) {
+                sum.store_array(sums);
+            }
+        }
+    }
+
+    /// How many vectors [`share_out`](Self::share_out) works with.
     pub fn rows(&self) -> usize {
-        self.begins.len() / self.across * self.room
+        self.begins.len() / self.across * self.vectors
     }
 
     /// Numbers that it overwrites behind the sums.
     pub fn spare(&self) -> usize {
-        self.room - self.row
+        self.vectors * VECTOR - self.row
     }
 }
 
@@ -291,6 +303,7 @@ mod tests {
     use super::super::frontier::Sample;
     use super::*;
     use fearless_simd::{Level, dispatch};
+    use glam::Vec3;
 
     fn frontier(kappa: impl Fn(f64) -> f64) -> Frontier {
         let samples =
@@ -300,12 +313,12 @@ mod tests {
 
     /// The pairs of nodes that stand for (n, m), and their weights.
     fn of(shares: &Shares, n: u8, m: u8) -> Vec<(usize, f32)> {
-        let mut rows = vec![0.0; shares.rows()];
+        let mut rows = vec![[0.0; VECTOR]; shares.rows()];
         let bins = shares.row / 3 * shares.across_powers.len();
         let mut sums = vec![0.0; 3 * bins + shares.spare()];
-        let light = [(n, m, Vec3::new(1.0, 2.0, -0.5))].into_iter();
-        dispatch!(Level::new(), simd => shares.share_out(simd, light, &mut rows, &mut sums));
-        assert!(rows.iter().chain(&sums[3 * bins..]).all(|zero| *zero == 0.0));
+        let light = [(n, m, Vec3::new(1.0, 2.0, -0.5))];
+        dispatch!(Level::new(), simd => shares.share_out(simd, &light, &mut rows, &mut sums));
+        assert!(rows.as_flattened().iter().all(|zero| *zero == 0.0));
         let of_bin = |(bin, sum): (usize, &[f32])| {
             assert!((sum[1] - 2.0 * sum[0]).abs() < 1e-6 && (sum[2] + 0.5 * sum[0]).abs() < 1e-6);
             (sum[0] != 0.0).then_some((bin, sum[0]))

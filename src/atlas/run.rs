@@ -7,8 +7,10 @@ use crate::error::{Error, Result};
 use crate::gather::{Connections, Gathered, Maps, MostOrders};
 use crate::light::{Invisible, Matrix};
 use crate::plan::{Method, PhotonPlan, Plan, Settings};
+use crate::render::no_photons;
 use crate::scene::Scene;
-use crate::shoot::{Ledger, Photons, shoot};
+use crate::shoot::shoot;
+use std::ops::Range;
 
 /// An atlas being rendered. Its plan's scene stands at (1, 1).
 pub struct AtlasRun {
@@ -27,6 +29,8 @@ const CROSSED_MORE: f64 = 5e-4;
 const MOST_POWER: u8 = 92;
 /// Crossings are counted no farther.
 const MOST_CROSSINGS: u8 = 42;
+/// So many passes are rendered one by one.
+const ONE_BY_ONE: u32 = 16;
 /// Paths that are shot to see how often light crosses surfaces.
 const PILOT_PATHS: u32 = 8_192;
 
@@ -110,12 +114,26 @@ impl AtlasRun {
         Ok(Self { sums: AtlasSums::new(size, most, at, frontier) })
     }
 
-    /// Renders a pass: what it looks like at the film's point, and how many photons it stored.
-    pub fn pass(&mut self, plan: &Plan, connections: &Connections, pass: u32) -> (Gathered<1>, u64) {
-        let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
-        let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
-        let maps = Maps::<Invisible>::build(photons, plan, pass);
-        (self.sums.add_pass(plan, connections, maps, pass), stored)
+    /// How many passes are best rendered next, together: their sum costs hardly more to sort into the atlas than one, but it is
+    /// one sample of the error bar only. So the first come one by one.
+    pub fn together(&self) -> u32 {
+        if self.sums.passes() < ONE_BY_ONE { 1 } else { 2 }
+    }
+
+    /// Renders passes: what each looks like at the film's point, and how many photons it stored.
+    pub fn passes(
+        &mut self,
+        plan: &Plan,
+        connections: &Connections,
+        passes: Range<u32>,
+    ) -> Vec<(Gathered<1>, u64)> {
+        let shot = passes.clone().map(|pass| {
+            let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
+            let stored: u64 = photons.by_class.iter().map(|class| class.len() as u64).sum();
+            (Maps::<Invisible>::build(photons, plan, pass), stored)
+        });
+        let (maps, stored): (Vec<_>, Vec<u64>) = shot.unzip();
+        self.sums.add_passes(plan, connections, maps, passes.start).into_iter().zip(stored).collect()
     }
 
     /// How far it counts and what it takes, in one line.
@@ -145,8 +163,4 @@ fn most_crossings(plan: &Plan) -> u8 {
         beyond <= CROSSED_MORE * all
     });
     most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS))
-}
-
-fn no_photons() -> Photons<Invisible> {
-    Photons { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
 }

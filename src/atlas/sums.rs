@@ -2,9 +2,9 @@
 
 use super::errors::{self, AtGrid, ColourSpread, POINTS, RECORD};
 use super::frontier::Frontier;
-use super::nodes::{Nodes, Shares};
+use super::nodes::{Nodes, Shares, VECTOR};
 use super::{Atlas, AtlasErrors};
-use crate::gather::{ByOrder, Connections, Gathered, Maps, MostOrders, gather_by_order};
+use crate::gather::{Connections, Gathered, Maps, MostOrders, Ordered, gather_by_order};
 use crate::light::Power;
 use crate::plan::Plan;
 use fearless_simd::{Level, Simd, dispatch};
@@ -20,6 +20,8 @@ pub struct AtlasSums {
     at: (f32, f32),
     tables: Tables,
     passes: u32,
+    /// Groups of them, each a sample of the spread.
+    groups: u32,
     /// Per pixel: [`Tables::record`] numbers.
     records: Vec<f32>,
     colour: ColourSpread,
@@ -52,16 +54,10 @@ impl Tables {
         self.sums() + RECORD
     }
 
-    /// Adds one pixel of one pass, after `before` others.
-    fn add(
-        &self,
-        record: &mut [f32],
-        light: impl Iterator<Item = (u8, u8, Vec3)>,
-        before: u32,
-        row: &mut Row,
-    ) {
+    /// Adds one pixel of a group of passes.
+    fn add(&self, record: &mut [f32], light: &[Ordered], group: Group, row: &mut Row) {
         // The same sums in the same order on every machine; only how many lanes are added at once differs.
-        dispatch!(self.level, simd => self.add_lanes(simd, record, light, before, row));
+        dispatch!(self.level, simd => self.add_lanes(simd, record, light, group, row));
     }
 
     #[inline(always)]
@@ -69,27 +65,27 @@ impl Tables {
         &self,
         simd: S,
         record: &mut [f32],
-        light: impl Iterator<Item = (u8, u8, Vec3)>,
-        before: u32,
+        light: &[Ordered],
+        Group { before, passes }: Group,
         row: &mut Row,
     ) {
         let (sums, spreads) = record.split_at_mut(self.sums());
         row.total.resize(sums.len(), 0.0);
-        row.room.resize(self.shares.rows(), 0.0);
+        row.room.resize(self.shares.rows(), [0.0; VECTOR]);
         row.pixel.resize(sums.len() + self.shares.spare(), 0.0);
         self.shares.share_out(simd, light, &mut row.room, &mut row.pixel);
-        // How far this pass is from the mean of those before it. The grid is linear in the sums, so that this is all that
-        // its spread needs (Welford).
-        let n = before as f32;
-        let over = 1.0 / n.max(1.0);
+        // How far the mean of these passes is from that of those before them. The grid is linear in the sums, so that this is
+        // all that its spread needs (Welford).
+        let (n, k) = (before as f32, passes as f32);
+        let (over, each) = (1.0 / n.max(1.0), 1.0 / k);
         for ((value, sum), total) in row.pixel.iter_mut().zip(sums).zip(&mut row.total) {
-            let away = *value - *sum * over;
+            let away = *value * each - *sum * over;
             *sum += *value;
             *total += *value;
             *value = away;
         }
         let away = self.at_grid.of(simd, &row.pixel[..self.sums()]);
-        let share = n / (n + 1.0);
+        let share = n * k / (n + k);
         for (spread, away) in spreads.iter_mut().zip(away) {
             *spread += share * away * away;
         }
@@ -101,14 +97,23 @@ impl Tables {
     }
 }
 
-/// Of a row of pixels.
+/// Passes whose mean is one sample of the spread.
+#[derive(Clone, Copy)]
+struct Group {
+    /// Passes before them.
+    before: u32,
+    /// How many they are.
+    passes: u32,
+}
+
+/// Of a band of pixels.
 #[derive(Default)]
 struct Row {
     /// The sum of all pixels, by stored powers.
     total: Vec<f32>,
     /// Room to work in.
     pixel: Vec<f32>,
-    room: Vec<f32>,
+    room: Vec<[f32; VECTOR]>,
 }
 
 impl AtlasSums {
@@ -120,7 +125,17 @@ impl AtlasSums {
         // Written, not asked for as zeros: a page of zeros that is read before it is written is mapped twice.
         let numbers = width as usize * height as usize * tables.record();
         let records = (0..numbers).into_par_iter().map(|_| 0.0).collect();
-        Self { width, height, most, at, tables, passes: 0, records, colour: ColourSpread::default() }
+        Self {
+            width,
+            height,
+            most,
+            at,
+            tables,
+            passes: 0,
+            groups: 0,
+            records,
+            colour: ColourSpread::default(),
+        }
     }
 
     /// The largest orders that are kept apart.
@@ -146,29 +161,38 @@ impl AtlasSums {
         )
     }
 
-    /// Gathers one pass and adds it; returns it as it looks at the film's own point.
-    pub fn add_pass<P: Power>(
+    /// Gathers passes, one with each of `maps`, and adds them; returns them as they look at the film's own point.
+    ///
+    /// Together they are one sample of the spread.
+    pub fn add_passes<P: Power>(
         &mut self,
         plan: &Plan,
         connections: &Connections,
-        maps: Maps<'_, P>,
-        pass: u32,
-    ) -> Gathered<1> {
-        let (tables, before) = (&self.tables, self.passes);
-        let add = |record: &mut [f32], pixel: &ByOrder, row: &mut Row| {
-            tables.add(record, pixel.iter(), before, row);
+        maps: Vec<Maps<'_, P>>,
+        first_pass: u32,
+    ) -> Vec<Gathered<1>> {
+        let tables = &self.tables;
+        let group = Group { before: self.passes, passes: maps.len() as u32 };
+        let add = |record: &mut [f32], light: &[Ordered], row: &mut Row| {
+            tables.add(record, light, group, row);
         };
         let counting = (self.most, self.at);
         let (gathered, rows) =
-            gather_by_order(plan, connections, maps, pass, counting, &mut self.records, add);
-        let pixels = f64::from(self.width) * f64::from(self.height);
+            gather_by_order(plan, connections, maps, first_pass, counting, &mut self.records, add);
+        let seen = f64::from(self.width) * f64::from(self.height) * f64::from(group.passes);
         let rows: Vec<_> = rows.iter().map(|row| tables.at_grid(&row.total)).collect();
-        let sum = |place: usize| rows.iter().map(|row| f64::from(row[place])).sum::<f64>() / pixels;
-        let colour = |point| DVec3::from_array(std::array::from_fn(|c| sum(errors::place(point, c))));
+        let mean = |place: usize| rows.iter().map(|row| f64::from(row[place])).sum::<f64>() / seen;
+        let colour = |point| DVec3::from_array(std::array::from_fn(|c| mean(errors::place(point, c))));
         let colours = std::array::from_fn(colour);
-        self.colour.add(&colours, before);
-        self.passes += 1;
+        self.colour.add(&colours, group.before, group.passes);
+        self.passes += group.passes;
+        self.groups += 1;
         gathered
+    }
+
+    /// Passes so far.
+    pub fn passes(&self) -> u32 {
+        self.passes
     }
 
     /// The means over passes.
@@ -179,18 +203,19 @@ impl AtlasSums {
             .par_iter_mut()
             .filter(|plane| plane.iter().all(|value| *value == Vec3::ZERO))
             .for_each(Vec::clear);
-        let errors = (self.passes >= 2).then(|| {
-            let scale = 1.0 / (passes * (passes - 1.0));
+        let errors = (self.groups >= 2).then(|| {
+            let scale = 1.0 / (passes * (self.groups as f32 - 1.0));
             let planes = self.planes(POINTS, |record, point| {
                 let spread = |channel| record[3 * bins + errors::place(point, channel)];
                 Vec3::from_array(std::array::from_fn(|channel| (scale * spread(channel)).sqrt()))
             });
-            AtlasErrors { planes, colour: self.colour.errors(self.passes) }
+            AtlasErrors { planes, colour: self.colour.errors(self.passes, self.groups) }
         });
         Atlas {
             width: self.width,
             height: self.height,
             passes: self.passes,
+            groups: self.groups,
             n: self.tables.n.clone(),
             m: self.tables.m.clone(),
             cut: self.most.cut,
@@ -236,20 +261,21 @@ mod tests {
         let mut record = vec![0.0; tables.record()];
         let mut row = Row::default();
         // Orders between nodes too; some passes bring nothing.
-        let passes: Vec<Vec<(u8, u8, Vec3)>> = (0..7_u8)
+        let passes: Vec<Vec<Ordered>> = (0..7_u8)
             .map(|pass| {
                 let light = |i: u8| Vec3::new(f32::from(pass * i % 5), 1.0, f32::from((pass + i) % 3));
                 (0..pass % 4).map(|i| (3 * i, i, light(i))).collect()
             })
             .collect();
         for (before, pass) in passes.iter().enumerate() {
-            tables.add(&mut record, pass.iter().copied(), before as u32, &mut row);
+            let group = Group { before: before as u32, passes: 1 };
+            tables.add(&mut record, pass, group, &mut row);
         }
         let (sums, spreads) = record.split_at(tables.sums());
         for at in 0..POINTS {
             let (s, t) = errors::point(&tables.frontier, at / 5, at % 5);
-            let picture = |pass: &Vec<(u8, u8, Vec3)>, channel: usize| -> f64 {
-                let term = |(n, m, light): &(u8, u8, Vec3)| {
+            let picture = |pass: &Vec<Ordered>, channel: usize| -> f64 {
+                let term = |(n, m, light): &Ordered| {
                     s.powi((*n).into()) * t.powi((*m).into()) * f64::from(light[channel])
                 };
                 pass.iter().map(term).sum()
@@ -268,5 +294,56 @@ mod tests {
             }
         }
         assert!(row.total.iter().zip(sums).all(|(a, b)| (a - b).abs() < 1e-4));
+    }
+
+    #[test]
+    fn bench_add() {
+        let samples = [0.0, 1.0].map(|t| Sample { t, kappa: 0.5 + 0.3 * t, error: 0.0 });
+        let frontier = Frontier::from_samples(samples.to_vec()).expect("rising");
+        let tables = Tables::new(Nodes::up_to(19), Nodes::up_to(9), frontier);
+        let pixels = 131072;
+        let mut records = vec![0.5_f32; pixels * tables.record()];
+        let mut light = Vec::new();
+        for n in 0..14_u8 {
+            for m in 0..2 + u8::from(n > 3) - u8::from(n > 10) {
+                light.push((n, m, Vec3::splat(0.1 * f32::from(n))));
+            }
+        }
+        eprintln!("{} touched, {} bytes", light.len(), 4 * tables.record());
+        let mut row = Row::default();
+        for round in 0..3 {
+            for same in [false, true] {
+                let t = std::time::Instant::now();
+                for i in 0..pixels {
+                    let i = if same { 5 } else { i };
+                    tables.add(
+                        &mut records[i * tables.record()..][..tables.record()],
+                        light.iter().copied(),
+                        Group { before: 3, passes: 1 },
+                        &mut row,
+                    );
+                }
+                eprintln!("{round} same {same}: {:.0} ns", t.elapsed().as_secs_f64() * 1e9 / pixels as f64);
+            }
+            let mut room = vec![[0.0; VECTOR]; tables.shares.rows()];
+            let mut px = vec![0.0; tables.sums() + 8];
+            let t = std::time::Instant::now();
+            for _ in 0..pixels {
+                dispatch!(tables.level, simd => tables.shares.share_out(simd, &light, &mut room, &mut px));
+            }
+            eprintln!("share {:.0} ns", t.elapsed().as_secs_f64() * 1e9 / pixels as f64);
+            let t = std::time::Instant::now();
+            for _ in 0..pixels {
+                dispatch!(tables.level, simd => tables.shares.share_out(simd, &light[light.len()-1..], &mut room, &mut px));
+            }
+            eprintln!("share one {:.0} ns", t.elapsed().as_secs_f64() * 1e9 / pixels as f64);
+            let t = std::time::Instant::now();
+            let mut x = 0.0;
+            for i in 0..pixels {
+                px[0] = i as f32;
+                x += dispatch!(tables.level, simd => tables.at_grid.of(simd, &px[..tables.sums()]))[7];
+            }
+            eprintln!("grid {:.0} ns {x}", t.elapsed().as_secs_f64() * 1e9 / pixels as f64);
+        }
     }
 }

@@ -49,6 +49,7 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     header.set("illumination", Illumination::Square { s: s as f32, t: t as f32 }.describe());
     header.set("mixed_from", args.atlas.display().to_string());
     header.set("left_out", mixed.left_out);
+    header.set("error_samples", atlas.groups);
     if mixed.left_out > TOLD && !args.quiet {
         eprintln!(
             "warning: light of more than {} reflections, about {:.1} % of all at this point, is not in the atlas; \

@@ -96,7 +96,9 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     let mut progress = Progress::new(args.quiet, &render, &args.limits());
     let mut next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
     loop {
-        render.pass();
+        let left =
+            args.limits().passes.map_or(u32::MAX, |limit| limit.saturating_sub(render.film().passes()));
+        render.passes(left);
         let elapsed = begin.elapsed();
         let error = render.error();
         progress.show(&render, elapsed, error);

@@ -6,7 +6,10 @@
 
 use super::branches::{Parent, Surface, branches};
 use super::connect::Connection;
-use super::{CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, describe};
+use super::{
+    CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, TILE, TILE_WIDTH,
+    describe,
+};
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::photon_map::{LANES, PhotonMap};
@@ -29,8 +32,11 @@ pub struct MostOrders {
     pub cut: bool,
 }
 
-/// What one pixel of one pass shows, by powers of s and t; linear RGB radiance.
-pub struct ByOrder {
+/// Powers n of s and m of t, and the radiance that has them; linear RGB.
+pub type Ordered = (u8, u8, Vec3);
+
+/// What one pixel shows, by powers of s and t; linear RGB radiance.
+struct ByOrder {
     /// Where n stands among the places, for n up to twice 255; light that is left out has a place behind all others.
     row: [u16; 512],
     /// The same for m; the two add up.
@@ -40,8 +46,8 @@ pub struct ByOrder {
     weights: Vec<f32>,
     /// In f64: many small numbers are added.
     values: Vec<DVec3>,
-    /// Places in `values` that are not zero.
-    touched: Vec<u16>,
+    /// A bit for each place in `values` that is not zero.
+    touched: [u64; MOST_WORDS],
     /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
     power: Vec<Vec4>,
     met: [u64; MOST_WORDS],
@@ -62,7 +68,7 @@ const RUN: u32 = 1024;
 
 impl ByOrder {
     /// For pixels that are also read at the point (s, t).
-    pub fn new(most: MostOrders, (s, t): (f32, f32)) -> Self {
+    fn new(most: MostOrders, (s, t): (f32, f32)) -> Self {
         let across = u16::from(most.m) + 1;
         let orders: Vec<_> = (0..=most.n).flat_map(|n| (0..=most.m).map(move |m| (n, m))).collect();
         let mut weights: Vec<f32> =
@@ -85,7 +91,7 @@ impl ByOrder {
             power: vec![Vec4::ZERO; weights.len()],
             met: [0; MOST_WORDS],
             weights,
-            touched: Vec::new(),
+            touched: [0; MOST_WORDS],
         }
     }
 
@@ -102,16 +108,11 @@ impl ByOrder {
     }
 
     /// Adds radiance and returns its share at the film's point.
+    #[inline]
     fn add(&mut self, place: u16, value: Vec3) -> Vec3 {
         let i = usize::from(place);
-        if value == Vec3::ZERO {
-            return value; // a place is touched by light, and so once
-        }
-        let sum = &mut self.values[i];
-        if *sum == DVec3::ZERO {
-            self.touched.push(place);
-        }
-        *sum += value.as_dvec3();
+        self.values[i] += value.as_dvec3();
+        self.touched[i / 64 % MOST_WORDS] |= 1 << (i % 64);
         self.weights[i] * value
     }
 
@@ -161,50 +162,68 @@ impl ByOrder {
         seen
     }
 
-    /// (n, m) and light, in the order in which light was first found.
-    pub fn iter(&self) -> impl Iterator<Item = (u8, u8, Vec3)> {
-        let kept = self.touched.iter().filter(|place| usize::from(**place) < self.orders.len());
-        kept.map(|place| {
-            let (n, m) = self.orders[usize::from(*place)];
-            (n, m, self.values[usize::from(*place)].as_vec3())
+    /// Takes out (n, m) and light, in rising order.
+    #[inline(always)]
+    fn drain(&mut self) -> impl Iterator<Item = Ordered> {
+        let Self { values, touched, orders, weights, .. } = self;
+        let mut words = touched[..weights.len().div_ceil(64)].iter_mut().enumerate();
+        let (mut bits, mut first) = (0, 0);
+        std::iter::from_fn(move || {
+            while bits == 0 {
+                let (word, touched) = words.next()?;
+                (bits, first) = (std::mem::take(touched), 64 * word);
+            }
+            let place = first + bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let value = std::mem::take(&mut values[place]).as_vec3();
+            // What is left out has a place behind those of all orders.
+            Some(orders.get(place).map(|&(n, m)| (n, m, value)))
         })
-    }
-
-    fn clear(&mut self) {
-        self.touched.drain(..).for_each(|place| self.values[usize::from(place)] = DVec3::ZERO);
+        .flatten()
     }
 }
 
-/// Gathers one pass of `plan`, whose scene stands at (1, 1). Each pixel's light by order is given to `add` with the
-/// pixel's own record, one of equal parts of `records`, and a total of its row of pixels. Returns the pass as it
-/// looks at the point `at`, and the totals, top row first.
+/// Gathers passes of `plan`, whose scene stands at (1, 1), one with each of `maps`. What each pixel's light by order is in all of
+/// them together is given to `add` with the pixel's own record, one of equal parts of `records`, and a total of its
+/// band of pixels. Returns each pass as it looks at the point `at`, and the totals, topmost first.
 pub fn gather_by_order<P: Power, T: Default + Send>(
     plan: &Plan,
     connections: &Connections,
-    mut maps: Maps<'_, P>,
-    pass: u32,
+    mut maps: Vec<Maps<'_, P>>,
+    first_pass: u32,
     (most, at): (MostOrders, (f32, f32)),
     records: &mut [f32],
-    add: impl Fn(&mut [f32], &ByOrder, &mut T) + Sync,
-) -> (Gathered<1>, Vec<T>) {
+    add: impl Fn(&mut [f32], &[Ordered], &mut T) + Sync,
+) -> (Vec<Gathered<1>>, Vec<T>) {
     let view = plan.scene.camera.view(plan.settings.width as f32 / plan.settings.height as f32);
     let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
     let stride = records.len() / (width * height);
-    let mut pixels = vec![Pixel::<1>::EMPTY; width * height];
-    maps.weigh(at);
+    maps.iter_mut().for_each(|maps| maps.weigh(at));
     let counting = ByOrder::new(most, at);
-    let packed = [PathClass::Direct, PathClass::Caustic, PathClass::Indirect]
-        .map(|class| counting.packed(maps.of(class)));
-    let rows = pixels.par_chunks_mut(width).zip(records.par_chunks_mut(width * stride)).enumerate();
-    let totals = rows
-        .map(|(y, (row, records))| {
+    let of_pass = |maps: &Maps<'_, P>| {
+        [PathClass::Direct, PathClass::Caustic, PathClass::Indirect]
+            .map(|class| counting.packed(maps.of(class)))
+    };
+    let packed: Vec<_> = maps.iter().map(of_pass).collect();
+    let mut pictures = vec![vec![Pixel::<1>::EMPTY; width * height]; maps.len()];
+    // Tiles, so that the photons that pixels share stay near.
+    let mut bands: Vec<_> = pictures.iter_mut().map(|pixels| pixels.chunks_mut(width * TILE)).collect();
+    let bands = records.chunks_mut(width * TILE * stride).map(|records| {
+        let bands = bands.iter_mut().map(|band| band.next().expect("as many as of records"));
+        (records, bands.collect::<Vec<_>>())
+    });
+    let totals = bands
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .enumerate()
+        .map(|(band, (records, mut pixels))| {
             let by_order = ByOrder::new(most, at);
             let mut walk = Walk {
                 plan,
                 view,
                 connections,
-                maps: &maps,
-                packed: &packed,
+                maps: &maps[0],
+                packed: &packed[0],
                 by_order,
                 growth: plan.existence.growth().max(1.0),
                 stack: Vec::new(),
@@ -212,17 +231,35 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 between: Vec::new(),
             };
             let mut total = T::default();
-            for (x, (pixel, record)) in row.iter_mut().zip(records.chunks_mut(stride)).enumerate() {
-                let index = (y * width + x) as u64;
-                let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, index);
-                *pixel = walk.pixel(x as u32, y as u32, rng);
-                add(record, &walk.by_order, &mut total);
-                walk.by_order.clear();
+            let (mut light, mut ends): (Vec<Ordered>, Vec<usize>) = (Vec::new(), Vec::new());
+            for left in (0..width).step_by(TILE_WIDTH) {
+                for row in 0..records.len() / (width * stride) {
+                    for x in left..(left + TILE_WIDTH).min(width) {
+                        let (y, index) = (band * TILE + row, row * width + x);
+                        for (i, pixels) in pixels.iter_mut().enumerate() {
+                            let pass = first_pass + i as u32;
+                            let seed = plan.settings.seed;
+                            let rng = Rng::new(seed, Stream::Gather, pass, (y * width + x) as u64);
+                            (walk.maps, walk.packed) = (&maps[i], &packed[i]);
+                            pixels[index] = walk.pixel(x as u32, y as u32, rng);
+                        }
+                        light.extend(walk.by_order.drain());
+                        ends.push(light.len());
+                    }
+                    // Many pixels at a time: what adding needs does not stay near while others are gathered.
+                    let mut begin = 0;
+                    let records = records[(row * width + left) * stride..].chunks_exact_mut(stride);
+                    for (record, end) in records.zip(ends.drain(..)) {
+                        add(record, &light[begin..end], &mut total);
+                        begin = end;
+                    }
+                    light.clear();
+                }
             }
             total
         })
         .collect();
-    (Gathered { pixels }, totals)
+    (pictures.into_iter().map(|pixels| Gathered { pixels }).collect(), totals)
 }
 
 /// One straight line still to be looked along.

@@ -20,7 +20,7 @@ pub struct Estimate {
     pub mean: Vec<Vec3>,
     /// Standard error of that mean, same shape and unit.
     pub standard_error: Vec<Vec3>,
-    /// Independent passes behind it; None where the picture is exact.
+    /// Independent passes (or groups of passes) behind its error; None where the picture is exact.
     pub passes: Option<u32>,
     /// Average colour and its standard error over passes. Without it pixels are taken to be independent, which
     /// overstates the z of a bias where they share photons.
@@ -39,13 +39,15 @@ impl Estimate {
         })
     }
 
-    /// A picture from a file that has an `error` layer and says its `passes` (at least two).
+    /// A picture from a file that has an `error` layer and says its `passes` (at least two), or from how many groups of them
+    /// the error was measured (`error_samples`).
     pub fn from_image(image: &Image) -> Option<Self> {
-        let passes = u32::try_from(image.header.get("passes")?.as_integer()?).ok().filter(|&n| n >= 2)?;
+        let count = |name: &str| u32::try_from(image.header.get(name)?.as_integer()?).ok();
+        let samples = count("error_samples").or_else(|| count("passes")).filter(|&n| n >= 2)?;
         Some(Self {
             mean: image.layer(Layer::Visible.name())?.to_vec(),
             standard_error: image.layer(Layer::Error.name())?.to_vec(),
-            passes: Some(passes),
+            passes: Some(samples),
             colour: None,
         })
     }
