@@ -18,7 +18,7 @@ use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint, View};
 use crate::shoot::{Orders, PathClass, Photon};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec4, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Where counting ends.
@@ -45,7 +45,7 @@ struct ByOrder {
     orders: Vec<(u8, u8)>,
     weights: Vec<f32>,
     /// In f64: many small numbers are added.
-    values: Vec<DVec3>,
+    values: Vec<DVec4>,
     /// A bit for each place in `values` that is not zero.
     touched: [u64; MOST_WORDS],
     /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
@@ -87,7 +87,7 @@ impl ByOrder {
             row: std::array::from_fn(|n| row(n as u16)),
             column: std::array::from_fn(|m| (m as u16).min(most.m.into())),
             orders,
-            values: vec![DVec3::ZERO; weights.len()],
+            values: vec![DVec4::ZERO; weights.len()],
             power: vec![Vec4::ZERO; weights.len()],
             met: [0; MOST_WORDS],
             weights,
@@ -108,10 +108,9 @@ impl ByOrder {
     }
 
     /// Adds radiance and returns its share at the film's point.
-    #[inline]
     fn add(&mut self, place: u16, value: Vec3) -> Vec3 {
         let i = usize::from(place);
-        self.values[i] += value.as_dvec3();
+        self.values[i] += value.extend(0.0).as_dvec4();
         self.touched[i / 64 % MOST_WORDS] |= 1 << (i % 64);
         self.weights[i] * value
     }
@@ -142,24 +141,40 @@ impl ByOrder {
     }
 
     /// The place of light that has the given place, read by a row that already has `row`.
-    fn behind(&self, row: Orders, place: usize) -> u16 {
-        self.orders.get(place).map_or(place as u16, |&(n, m)| self.place(row, Orders { n, m }))
+    fn behind(&self, row: Orders, place: usize) -> usize {
+        self.orders.get(place).map_or(place, |&(n, m)| usize::from(self.place(row, Orders { n, m })))
     }
 
     /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance, read by a row that already has `row`.
     /// Returns its share at the film's point.
     fn add_met(&mut self, row: Orders, factor: Vec3) -> Vec3 {
-        let mut seen = Vec3::ZERO;
+        let factor = factor.extend(0.0);
+        let mut seen = Vec4::ZERO;
         for word in 0..self.weights.len().div_ceil(64) {
             let mut bits = std::mem::take(&mut self.met[word]);
+            let mut each = |places: &mut Self, to: usize, power: usize| {
+                let value = factor * std::mem::take(&mut places.power[power]);
+                places.values[to] += value.as_dvec4();
+                seen += places.weights[to] * value;
+            };
+            if row == Orders::default() {
+                // Most rows; light keeps its place.
+                self.touched[word] |= bits;
+                while bits != 0 {
+                    let place = 64 * word + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    each(self, place, place);
+                }
+            }
             while bits != 0 {
                 let place = 64 * word + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                let power = std::mem::take(&mut self.power[place]);
-                seen += self.add(self.behind(row, place), factor * power.truncate());
+                let to = self.behind(row, place);
+                self.touched[to / 64 % MOST_WORDS] |= 1 << (to % 64);
+                each(self, to, place);
             }
         }
-        seen
+        seen.truncate()
     }
 
     /// Takes out (n, m) and light, in rising order.
@@ -175,7 +190,7 @@ impl ByOrder {
             }
             let place = first + bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let value = std::mem::take(&mut values[place]).as_vec3();
+            let value = std::mem::take(&mut values[place]).truncate().as_vec3();
             // What is left out has a place behind those of all orders.
             Some(orders.get(place).map(|&(n, m)| (n, m, value)))
         })
