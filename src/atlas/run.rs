@@ -29,8 +29,8 @@ const CROSSED_MORE: f64 = 5e-4;
 const MOST_POWER: u8 = 92;
 /// Crossings are counted no farther.
 const MOST_CROSSINGS: u8 = 42;
-/// So many passes are rendered one by one.
-const ONE_BY_ONE: u32 = 16;
+/// So many passes are rendered together, or fewer: each has photon maps of its own.
+const MOST_TOGETHER: u32 = 4;
 /// Paths that are shot to see how often light crosses surfaces.
 const PILOT_PATHS: u32 = 8_192;
 
@@ -114,10 +114,10 @@ impl AtlasRun {
         Ok(Self { sums: AtlasSums::new(size, most, at, frontier) })
     }
 
-    /// How many passes are best rendered next, together: their sum costs hardly more to sort into the atlas than one, but it is
-    /// one sample of the error bar only. So the first come one by one.
+    /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but
+    /// they are one sample of the error bar. So the first come one by one, and none are more than an eighth of those before.
     pub fn together(&self) -> u32 {
-        if self.sums.passes() < ONE_BY_ONE { 1 } else { 2 }
+        (self.sums.passes() / 8).clamp(1, MOST_TOGETHER)
     }
 
     /// Renders passes: what each looks like at the film's point, and how many photons it stored.
