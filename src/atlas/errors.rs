@@ -129,6 +129,7 @@ impl AtGrid {
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
+    use crate::sampling::{Rng, Stream};
     use fearless_simd::{Level, dispatch};
 
     #[test]
@@ -189,5 +190,26 @@ mod tests {
         let spread = passes.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>();
         let error = (f64::from(spread) / 30.0).sqrt();
         assert!((colour.errors(6, 6)[7].x - error).abs() < 1e-6);
+    }
+
+    #[test]
+    fn errors_of_uneven_groups_are_those_of_passes() {
+        let (mut rng, runs) = (Rng::new(7, Stream::Test, 0, 0), 40_000);
+        let groups = [1, 1, 2, 1, 4, 3];
+        let passes: u32 = groups.iter().sum();
+        let mut sum = 0.0;
+        for _ in 0..runs {
+            let mut colour = ColourSpread::default();
+            let mut before = 0;
+            for k in groups {
+                let mean = (0..k).map(|_| f64::from(rng.f32())).sum::<f64>() / f64::from(k);
+                colour.add(&[DVec3::splat(mean); POINTS], before, k);
+                before += k;
+            }
+            sum += colour.errors(passes, groups.len() as u32)[3].x.powi(2);
+        }
+        // Uniform numbers have variance 1/12.
+        let ratio = sum / f64::from(runs) * 12.0 * f64::from(passes);
+        assert!((ratio - 1.0).abs() < 0.015, "{ratio}");
     }
 }

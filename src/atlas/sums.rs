@@ -252,6 +252,7 @@ impl AtlasSums {
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
+    use std::ops::Range;
 
     #[test]
     fn spreads_are_those_of_two_sweeps() {
@@ -267,9 +268,12 @@ mod tests {
                 (0..pass % 4).map(|i| (3 * i, i, light(i))).collect()
             })
             .collect();
-        for (before, pass) in passes.iter().enumerate() {
-            let group = Group { before: before as u32, passes: 1 };
-            tables.add(&mut record, pass, group, &mut row);
+        // Groups of one, three, one and two of them.
+        let groups = [0..1, 1..4, 4..5, 5..7];
+        for group in &groups {
+            let together: Vec<Ordered> = group.clone().flat_map(|pass| passes[pass].clone()).collect();
+            let group = Group { before: group.start as u32, passes: group.len() as u32 };
+            tables.add(&mut record, &together, group, &mut row);
         }
         let (sums, spreads) = record.split_at(tables.sums());
         for at in 0..POINTS {
@@ -284,7 +288,11 @@ mod tests {
             for channel in 0..3 {
                 let each: Vec<f64> = passes.iter().map(|pass| picture(pass, channel)).collect();
                 let mean = each.iter().sum::<f64>() / 7.0;
-                let spread: f64 = each.iter().map(|x| (x - mean) * (x - mean)).sum();
+                let of_group = |group: &Range<usize>| {
+                    let away = each[group.clone()].iter().sum::<f64>() / group.len() as f64 - mean;
+                    group.len() as f64 * away * away
+                };
+                let spread: f64 = groups.iter().map(of_group).sum();
                 let place = errors::place(at, channel);
                 assert!((f64::from(total[place]) - 7.0 * mean).abs() < 2e-3, "{s} {t}: {mean}");
                 assert!(

@@ -23,7 +23,10 @@ fn settings(seed: u64, paths: u32) -> Settings {
 
 fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
     let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
-    (0..passes).for_each(|_| render.pass());
+    // As the command does, which an atlas takes for leave to render several together.
+    while render.film().passes() < passes {
+        render.passes(passes - render.film().passes());
+    }
     render
 }
 
@@ -190,11 +193,28 @@ fn a_truncated_series_has_all_pictures() {
 }
 
 #[test]
+fn passes_rendered_together_are_those_rendered_one_by_one() {
+    const PASSES: u32 = 43;
+    let scene = cornell(Illumination::GLOBAL);
+    let settings = Settings { atlas: true, ..settings(8, 2_000) };
+    let together = render(&scene, settings.clone(), PASSES);
+    let mut one_by_one = Render::new(scene, settings, &[Layer::Visible]).expect("a render");
+    (0..PASSES).for_each(|_| one_by_one.pass());
+    assert_eq!(together.film().mean(Layer::Visible), one_by_one.film().mean(Layer::Visible));
+    let (together, one_by_one) = (together.atlas().expect("one"), one_by_one.atlas().expect("one"));
+    assert_eq!((together.passes, one_by_one.passes, one_by_one.groups), (PASSES, PASSES, PASSES));
+    assert_eq!(together.groups, 16 + 4 + 3 + 2 + 1, "by two, three and four, and one that was left");
+    for (a, b) in together.planes.iter().flatten().zip(one_by_one.planes.iter().flatten()) {
+        assert!((*a - *b).abs().max_element() < 1e-5 * (1e-3 + b.max_element()), "{a} instead of {b}");
+    }
+}
+
+#[test]
 fn threads_do_not_change_a_bit() {
     let scene = cornell(Illumination::GLOBAL);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| atlas(&scene, settings(7, 30_000), 3))
+        pool.install(|| atlas(&scene, settings(7, 5_000), 19))
     };
     let one = with(1);
     assert!(one.planes.iter().flatten().any(|rgb| rgb.x > 0.0), "a black atlas proves nothing");
