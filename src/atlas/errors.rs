@@ -1,8 +1,9 @@
 //! The error bar anywhere in the square: standard errors over passes at 25 points, and lines between them.
 //!
 //! Orders of one pixel share photons, so errors of single orders would not do: at each point it is the picture
-//! itself whose spread is measured, pass by pass. As a function of s and t a standard error is a smooth, rising and
-//! (but for rounding) convex one, so that the lines between points lie above it, by no more than about a tenth.
+//! itself whose spread is measured, pass by pass, later by small groups of passes. As a function of s and t a standard error is
+//! a smooth, rising and (but for rounding) convex one, so that the lines between points lie above it, by no more than
+//! about a tenth.
 
 use super::frontier::Frontier;
 use super::nodes::Nodes;
