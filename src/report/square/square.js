@@ -88,12 +88,21 @@ function errorsOf() {
 // ---- drawing ----
 const VERTEX = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
+// What a pixel has, sixteen bits each: its exponent, then red, green and blue of every component. Eight of them are one texel of four
+// 32-bit integers: a fetch costs more than taking it apart.
+const TEXELS = Math.ceil((1 + 3 * count) / 8);
+const SUM = Array.from({ length: 8 * TEXELS }, (_, v) => {
+  const value = `${v % 2 ? "high" : "low"}.${"xyzw"[(v % 8) >> 1]}`;
+  const fetch = v % 8 ? "" : `t = texelFetch(packed, ivec3(p, ${v / 8}), 0); low = vec4((t << 16) >> 16); high = vec4(t >> 16);`;
+  if (v === 0) return `${fetch} float exponent = ${value};`;
+  if (v > 3 * count) return "";
+  return `${fetch} sum.${"rgb"[(v - 1) % 3]} += c[${Math.floor((v - 1) / 3)}] * ${value};`;
+}).join("\n  ");
 const FRAGMENT = `#version 300 es
 precision highp float;
+precision highp int;
 precision highp isampler2DArray;
-precision highp isampler2D;
-uniform isampler2DArray components;
-uniform isampler2D exponents;
+uniform isampler2DArray packed;
 uniform float c[${count}];
 uniform float gain;
 uniform int height;
@@ -101,10 +110,23 @@ out vec4 colour;
 void main() {
   ivec2 p = ivec2(gl_FragCoord.x, float(height) - gl_FragCoord.y);
   vec3 sum = vec3(0.0);
-  for (int q = 0; q < ${count}; q++) sum += c[q] * vec3(texelFetch(components, ivec3(p, q), 0).rgb);
-  vec3 x = clamp(gain * exp2(float(texelFetch(exponents, p, 0).r)) * sum, 0.0, 1.0);
+  ivec4 t;
+  vec4 low, high;
+  ${SUM}
+  vec3 x = clamp(gain * exp2(exponent) * sum, 0.0, 1.0);
   colour = vec4(mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x)), 1.0);
 }`;
+
+// Layer k of the packed texture.
+function packedLayer(components, exponents, k) {
+  const out = new Int16Array(8 * width * height);
+  for (let j = 0; j < 8 && 8 * k + j <= 3 * count; j++) {
+    const v = 8 * k + j - 1;
+    const [from, stride, first] = v < 0 ? [exponents, 1, 0] : [components[Math.floor(v / 3)], 3, v % 3];
+    for (let i = 0, n = width * height; i < n; i++) out[8 * i + j] = from[stride * i + first];
+  }
+  return new Int32Array(out.buffer);
+}
 
 // Draws with WebGL; null where there is none.
 function webgl(canvas, components, exponents) {
@@ -120,22 +142,15 @@ function webgl(canvas, components, exponents) {
   }
   gl.linkProgram(program);
   gl.useProgram(program);
-  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 2);
-  const texture = (unit, target) => {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(target, gl.createTexture());
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(target, filter, gl.NEAREST);
-  };
-  texture(0, gl.TEXTURE_2D_ARRAY);
-  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGB16I, width, height, count);
-  components.forEach((plane, q) =>
-    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, q, width, height, 1, gl.RGB_INTEGER, gl.SHORT, plane));
-  texture(1, gl.TEXTURE_2D);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.R16I, width, height);
-  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED_INTEGER, gl.SHORT, exponents);
+  gl.bindTexture(gl.TEXTURE_2D_ARRAY, gl.createTexture());
+  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, filter, gl.NEAREST);
+  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA32I, width, height, TEXELS);
+  for (let k = 0; k < TEXELS; k++) {
+    const layer = packedLayer(components, exponents, k);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, k, width, height, 1, gl.RGBA_INTEGER, gl.INT, layer);
+  }
   const uniform = (name) => gl.getUniformLocation(program, name);
-  gl.uniform1i(uniform("components"), 0);
-  gl.uniform1i(uniform("exponents"), 1);
+  gl.uniform1i(uniform("packed"), 0);
   gl.uniform1i(uniform("height"), height);
   const [c, gain] = [uniform("c"), uniform("gain")];
   gl.viewport(0, 0, width, height);
