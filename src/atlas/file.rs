@@ -104,8 +104,11 @@ impl Atlas {
         let cut = integer("atlas_cut").ok_or_else(|| damaged("atlas_cut"))? != 0;
         let passes =
             integer("passes").and_then(|n| u32::try_from(n).ok()).ok_or_else(|| damaged("passes"))?;
-        let groups = integer("atlas_groups").and_then(|n| u32::try_from(n).ok());
-        let groups = groups.ok_or_else(|| damaged("atlas_groups"))?;
+        // Absent where every pass was a sample of its own.
+        let groups = match integer("atlas_groups") {
+            None => passes,
+            Some(n) => u32::try_from(n).ok().ok_or_else(|| damaged("atlas_groups"))?,
+        };
         let plane = |name: String| image.layer(&name).map(<[Vec3]>::to_vec);
         let planes = n
             .powers()
