@@ -17,7 +17,7 @@ use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint, View};
-use crate::shoot::{Orders, PathClass, Photon};
+use crate::shoot::{Orders, Photon};
 use glam::{DVec4, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -215,10 +215,8 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
     let stride = records.len() / (width * height);
     maps.iter_mut().for_each(|maps| maps.weigh(at));
     let counting = ByOrder::new(most, at);
-    let of_pass = |maps: &Maps<'_, P>| {
-        [PathClass::Direct, PathClass::Caustic, PathClass::Indirect]
-            .map(|class| counting.packed(maps.of(class)))
-    };
+    let of_pass =
+        |maps: &Maps<'_, P>| maps.tiers().iter().map(|tier| counting.packed(&tier.map)).collect::<Vec<_>>();
     let packed: Vec<_> = maps.iter().map(of_pass).collect();
     let mut pictures = vec![vec![Pixel::<1>::EMPTY; width * height]; maps.len()];
     // Tiles, so that the photons that pixels share stay near.
@@ -321,8 +319,8 @@ struct Walk<'a, P> {
     view: View,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
-    /// By class.
-    packed: &'a [Vec<PackedBlock>; 3],
+    /// By map.
+    packed: &'a [Vec<PackedBlock>],
     by_order: ByOrder,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
@@ -406,13 +404,16 @@ impl<P: Power> Walk<'_, P> {
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let by_order = &mut self.by_order;
-            for class in [PathClass::Direct, PathClass::Caustic, PathClass::Indirect] {
+            if self.maps.tiers().is_empty() {
+                continue;
+            }
+            let disks = self.maps.disks(point, normal, footprint);
+            for (tier, blocks) in self.maps.tiers().iter().zip(self.packed) {
                 let (mut value, mut length) = (Vec3::ZERO, 0_u32);
-                let Some(disk) = self.maps.disk(class, point, normal, footprint) else { continue };
+                let disk = tier.disk(&disks);
                 let factor = f * reading.row.invisible;
                 let over_whole = disk.over_whole * factor;
-                let blocks = &self.packed[class as usize];
-                let inner = self.maps.each(class, point, normal, &disk, most, |block, bits| {
+                let inner = tier.each(point, normal, disk, most, |block, bits| {
                     by_order.meet(&blocks[block], bits);
                     length += LANES as u32;
                     if length >= RUN {
@@ -425,7 +426,7 @@ impl<P: Power> Walk<'_, P> {
                 // it serves the bias alone.
                 let row = by_order.weights[usize::from(by_order.place(reading.orders, Orders::default()))];
                 let inner = row * inner.light().invisible;
-                *pixel.parts[0].of(class) += value;
+                *pixel.parts[0].of(tier.class) += value;
                 pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
             }
         }

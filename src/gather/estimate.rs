@@ -2,11 +2,12 @@
 
 use crate::light::Power;
 use crate::photon_map::PhotonMap;
-use crate::plan::Plan;
+use crate::plan::{LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
 use crate::shoot::{PathClass, Photons};
 use glam::Vec3;
+use std::f32::consts::PI;
 
 /// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
 /// 2/3 balances them. Knaus & Zwicker 2011, §4.2.
@@ -35,23 +36,45 @@ pub struct Irradiance<P> {
     pub bias: P,
 }
 
+/// Gather radii in use: those of [caustics](crate::plan::Settings::caustic_radii), of which the widest also serves inter-reflection and direct light.
+const RADII: usize = LEVELS;
+
+/// Photons of one class that are gathered with one radius.
+pub(super) struct Tier<P> {
+    pub class: PathClass,
+    pub map: PhotonMap<P>,
+    /// One of [`RADII`].
+    level: usize,
+}
+
 /// The maps of one pass.
 pub struct Maps<'a, P> {
     rims: &'a Rims,
-    by_class: [PhotonMap<P>; 3],
-    /// Gather radius of inter-reflection and direct light in pixel footprints.
-    wide: f32,
-    /// Gather radius of caustics in pixel footprints.
-    sharp: f32,
+    /// Those that are not empty.
+    tiers: Vec<Tier<P>>,
+    /// Gather radii in pixel footprints.
+    radii: [f32; RADII],
 }
 
 impl<'a, P: Power> Maps<'a, P> {
     /// Builds a map of each class of photons for the radius of `pass`.
     pub fn build(photons: Photons<P>, plan: &'a Plan, pass: u32) -> Self {
-        let Plan { settings, rims, .. } = plan;
         let shrink = radius_factor(pass);
-        let (wide, sharp) = (settings.indirect_radius * shrink, settings.caustic_radius * shrink);
-        Self { rims, by_class: photons.by_class.map(PhotonMap::build), wide, sharp }
+        let radii = plan.settings.caustic_radii().map(|radius| radius * shrink);
+        let [direct, caustic, indirect] = photons.by_class;
+        let mut caustics = [(); LEVELS].map(|()| Vec::new());
+        for photon in caustic {
+            caustics[usize::from(photon.level)].push(photon);
+        }
+        let caustics =
+            caustics.into_iter().enumerate().map(|(level, photons)| (PathClass::Caustic, level, photons));
+        let tiers = [(PathClass::Direct, 0, direct), (PathClass::Indirect, 0, indirect)].into_iter();
+        let tiers = tiers
+            .chain(caustics)
+            .filter(|(_, _, photons)| !photons.is_empty())
+            .map(|(class, level, photons)| Tier { class, map: PhotonMap::build(photons), level })
+            .collect();
+        Self { rims: &plan.rims, tiers, radii }
     }
 
     /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
@@ -63,60 +86,41 @@ impl<'a, P: Power> Maps<'a, P> {
         footprint: f32,
         most_reflections: u16,
     ) -> [Irradiance<P>; 3] {
-        if self.by_class.iter().all(PhotonMap::is_empty) {
-            return [Irradiance::default(); 3];
+        let mut by_class = [Irradiance::default(); 3];
+        if self.tiers.is_empty() {
+            return by_class;
         }
-        let [wide, sharp] = [self.wide, self.sharp].map(|radius| radius * footprint);
-        let [wide_area, sharp_area, wide_half, sharp_half] =
-            self.rims.areas(point.position, normal, [wide, sharp, 0.5 * wide, 0.5 * sharp]);
-        let disks =
-            [(wide, wide_area, wide_half), (sharp, sharp_area, sharp_half), (wide, wide_area, wide_half)];
-        std::array::from_fn(|class| {
-            let map = &self.by_class[class];
-            if map.is_empty() {
-                return Irradiance::default();
-            }
-            let (radius, area, half_area) = disks[class];
-            let flux = map.flux(point.position, normal, radius, most_reflections);
-            let (whole, half) = (flux.whole.scaled(1.0 / area), flux.inner.scaled(1.0 / half_area));
+        let disks = self.disks(point, normal, footprint);
+        for Tier { class, map, level } in &self.tiers {
+            let disk = &disks[*level];
+            let flux = map.flux(point.position, normal, disk.radius, most_reflections);
+            let (whole, half) = (flux.whole.scaled(disk.over_whole), flux.inner.scaled(disk.over_half));
+            let irradiance = &mut by_class[*class as usize];
+            irradiance.value += whole;
             // E(r) − E(r/2) is half of a bias that is linear in r.
-            Irradiance { value: whole, bias: (whole + half.scaled(-1.0)).scaled(2.0) }
-        })
-    }
-
-    /// The photons of `class`.
-    pub(super) fn of(&self, class: PathClass) -> &PhotonMap<P> {
-        &self.by_class[class as usize]
-    }
-
-    /// Where [`irradiance`](Self::irradiance) looks. None where there are no photons of `class`.
-    pub(super) fn disk(
-        &self,
-        class: PathClass,
-        point: &SurfacePoint,
-        normal: Vec3,
-        footprint: f32,
-    ) -> Option<Disk> {
-        if self.by_class[class as usize].is_empty() {
-            return None;
+            irradiance.bias += (whole + half.scaled(-1.0)).scaled(2.0);
         }
-        let radius = footprint * if class == PathClass::Caustic { self.sharp } else { self.wide };
-        let [whole, half] = self.rims.areas(point.position, normal, [radius, 0.5 * radius]);
-        Some(Disk { radius, over_whole: 1.0 / whole, over_half: 1.0 / half })
+        by_class
     }
 
-    /// Calls `visit` with the number of each block of photons of `class` around the disk, and a bit for each that counts there
-    /// after no more than `most_reflections`. Returns the power on the disk of half the radius.
-    pub(super) fn each(
-        &self,
-        class: PathClass,
-        point: &SurfacePoint,
-        normal: Vec3,
-        disk: &Disk,
-        most_reflections: u16,
-        visit: impl FnMut(usize, u64),
-    ) -> P {
-        self.of(class).visit(point.position, normal, disk.radius, most_reflections, visit)
+    /// Where [`irradiance`](Self::irradiance) looks for photons, by level.
+    pub(super) fn disks(&self, point: &SurfacePoint, normal: Vec3, footprint: f32) -> [Disk; RADII] {
+        let radii = self.radii.map(|radius| radius * footprint);
+        let areas = self.rims.areas(point.position, normal, radii);
+        if (0..RADII).all(|level| areas[level] == PI * radii[level] * radii[level]) {
+            return radii
+                .map(|radius| Disk::new(radius, [1.0, 0.25].map(|part| part * PI * radius * radius)));
+        }
+        let radii: [f32; RADII] = std::array::from_fn(|level| narrowed(radii[level], areas[level]));
+        let each: [f32; 2 * RADII] =
+            std::array::from_fn(|i| if i % 2 == 0 { radii[i / 2] } else { 0.5 * radii[i / 2] });
+        let areas = self.rims.areas(point.position, normal, each);
+        std::array::from_fn(|level| Disk::new(radii[level], [areas[2 * level], areas[2 * level + 1]]))
+    }
+
+    /// The maps, not one of them empty.
+    pub(super) fn tiers(&self) -> &[Tier<P>] {
+        &self.tiers
     }
 
     /// Multiplies what is read by sⁿ tᵐ of each photon's orders: the maps of a scene at (1, 1) become those of the point
@@ -124,9 +128,29 @@ impl<'a, P: Power> Maps<'a, P> {
     pub(super) fn weigh(&mut self, (s, t): (f32, f32)) {
         let powers = |x: f32| -> Vec<f32> { (0..=u8::MAX).map(|n| x.powi(n.into())).collect() };
         let (s, t) = (powers(s), powers(t));
-        for map in &mut self.by_class {
-            map.weigh(|photon| s[usize::from(photon.orders.n)] * t[usize::from(photon.orders.m)]);
+        for tier in &mut self.tiers {
+            tier.map.weigh(|photon| s[usize::from(photon.orders.n)] * t[usize::from(photon.orders.m)]);
         }
+    }
+}
+
+impl<P: Power> Tier<P> {
+    /// Its disk among all.
+    pub fn disk<'d>(&self, disks: &'d [Disk; RADII]) -> &'d Disk {
+        &disks[self.level]
+    }
+
+    /// Calls `visit` with the number of each block of photons around the disk, and a bit for each that counts there
+    /// after no more than `most_reflections`. Returns the power on the disk of half the radius.
+    pub fn each(
+        &self,
+        point: &SurfacePoint,
+        normal: Vec3,
+        disk: &Disk,
+        most_reflections: u16,
+        visit: impl FnMut(usize, u64),
+    ) -> P {
+        self.map.visit(point.position, normal, disk.radius, most_reflections, visit)
     }
 }
 
@@ -140,9 +164,33 @@ pub(super) struct Disk {
     pub over_half: f32,
 }
 
+impl Disk {
+    /// From a radius (m) and the areas (m²) of surface within it and within half of it.
+    fn new(radius: f32, [whole, half]: [f32; 2]) -> Self {
+        Self { radius, over_whole: 1.0 / whole, over_half: 1.0 / half }
+    }
+}
+
+/// The radius (m) to look within where a disk holds `area` (m²) of surface.
+///
+/// The middle of a disk that a rim cuts is not where it is asked for, so that its bias is linear in the radius there, and
+/// light does vary fast in corners. From a quarter cut away on the radius is halved.
+fn narrowed(radius: f32, area: f32) -> f32 {
+    let cut = 1.0 - area / (PI * radius * radius);
+    radius * (1.0 - 0.5 * (4.0 * cut).clamp(0.0, 1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn disks_are_narrowed_where_they_are_cut() {
+        let (r, whole) = (3.0_f32, 9.0 * PI);
+        for (part, expected) in [(1.0, 3.0), (0.875, 2.25), (0.75, 1.5), (0.5, 1.5), (0.1, 1.5), (1.3, 3.0)] {
+            assert!((narrowed(r, part * whole) - expected).abs() < 1e-5, "{part}");
+        }
+    }
 
     #[test]
     fn radii_follow_the_schedule() {

@@ -18,6 +18,7 @@ use std::marker::PhantomData;
 use tree::{Item, LEAF, Node, STACK};
 
 /// Photons of one class, indexed for "what is near?".
+#[derive(Clone, Debug)]
 pub struct PhotonMap<P> {
     nodes: Vec<Node>,
     blocks: Vec<Block>,

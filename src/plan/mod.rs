@@ -18,7 +18,7 @@ pub use lines::Visibility;
 pub(crate) use lines::summed_and_others;
 pub use omission::{Omission, Omittable};
 pub use photons::{PhotonClasses, PhotonPlan};
-pub use settings::{Direct, Method, Settings};
+pub use settings::{Direct, LEVELS, Method, Settings};
 
 use crate::measure::Existence;
 use crate::rays::Rays;

@@ -24,7 +24,7 @@ pub struct Settings {
     /// Truncates the series: no light that was reflected more often than this, the reflection towards the camera and
     /// delta lobes included. None: the whole series.
     pub max_reflections: Option<u32>,
-    /// First gather radius of caustics in pixel footprints.
+    /// First gather radius of caustics where they are sharpest, in pixel footprints.
     pub caustic_radius: f32,
     /// First gather radius of inter-reflection (and of `--direct photons`) in pixel footprints.
     pub indirect_radius: f32,
@@ -36,7 +36,16 @@ pub struct Settings {
     pub atlas: bool,
 }
 
+/// Gather radii of caustics.
+pub const LEVELS: usize = 3;
+
 impl Settings {
+    /// First gather radii of caustics in pixel footprints, from the widest, which is that of inter-reflection.
+    pub fn caustic_radii(&self) -> [f32; LEVELS] {
+        let Self { caustic_radius: sharp, indirect_radius: wide, .. } = *self;
+        [wide, (sharp * wide).sqrt(), sharp]
+    }
+
     /// True when `what` stays, needed or not.
     pub fn keeps(&self, what: Omittable) -> bool {
         self.keep_everything || self.keep.contains(&what)
@@ -97,7 +106,7 @@ impl Default for Settings {
             direct: Direct::Connection,
             invisible: false,
             max_reflections: None,
-            caustic_radius: 3.5,
+            caustic_radius: 2.0,
             indirect_radius: 7.0,
             keep_everything: false,
             keep: Vec::new(),

@@ -99,6 +99,11 @@ impl View {
         let scale = if self.central { distance } else { 1.0 };
         2.0 * self.half_height * scale / height as f32
     }
+
+    /// The same at a point, whether it is on the film or not.
+    pub fn footprint_at(&self, point: Vec3, height: u32) -> f32 {
+        self.footprint(point.distance(self.position), height)
+    }
 }
 
 #[cfg(test)]

@@ -102,6 +102,23 @@ impl Mesh {
     }
 }
 
+impl Mesh {
+    /// How the interpolated normal of `triangle` changes with a small `step` (m) in its plane from barycentric (1 − u − v, u, v), m⁻¹
+    /// times m.
+    pub fn bend(&self, triangle: u32, u: f32, v: f32, step: Vec3) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        let [na, nb, nc] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
+        let (right, up) = (b - a, c - a);
+        let across = right.cross(up);
+        let scale = across / across.length_squared();
+        let (du, dv) = (step.cross(up).dot(scale), right.cross(step).dot(scale));
+        let sum = (1.0 - u - v) * na + u * nb + v * nc;
+        let length = sum.length();
+        let (normal, change) = (sum / length, du * (nb - na) + dv * (nc - na));
+        (change - normal * normal.dot(change)) / length
+    }
+}
+
 impl SurfacePoint {
     /// Where a ray that leaves in `direction` starts: off the surface by no more than the rounding error of the
     /// position demands, on the side it leaves to (pbrt 4th ed., §6.8.6). No constant in world units.
@@ -124,4 +141,31 @@ impl SurfacePoint {
 pub const fn gamma(n: u32) -> f32 {
     let ne = n as f32 * (f32::EPSILON * 0.5);
     ne / (1.0 - ne)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_bend_as_steps_along_the_triangle_show() {
+        let mesh = Mesh {
+            positions: vec![Vec3::new(0.1, 0.0, 0.2), Vec3::new(1.3, 0.2, 0.0), Vec3::new(0.2, 0.9, 0.4)],
+            normals: [Vec3::new(-0.3, 0.1, 1.0), Vec3::new(0.5, -0.2, 1.0), Vec3::new(0.1, 0.6, 0.9)]
+                .map(Vec3::normalize)
+                .to_vec(),
+            triangles: vec![[0, 1, 2]],
+            surface: vec![0],
+        };
+        let [a, b, c] = mesh.corners(0);
+        let at = |u, v| mesh.point(0, u, v, true).normals.shading;
+        for (u, v) in [(0.2, 0.3), (0.6, 0.1), (0.1, 0.8)] {
+            for (du, dv) in [(1e-2, 0.0), (0.0, 1e-2), (-7e-3, 4e-3)] {
+                let step = 2.0 * (du * (b - a) + dv * (c - a));
+                let expected = at(u + du, v + dv) - at(u - du, v - dv);
+                let bend = mesh.bend(0, u, v, step);
+                assert!(bend.distance(expected) < 2e-3 * expected.length(), "{bend} for {expected}");
+            }
+        }
+    }
 }

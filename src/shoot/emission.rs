@@ -1,9 +1,11 @@
 //! From a luminaire to the start of a photon path.
 
+use super::Beam;
 use crate::light::Power;
 use crate::sampling::warp;
 use crate::scene::{Luminaire, Scene, warn_falloff};
 use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
 
 /// How many numbers in [0, 1) the start of a path takes.
 pub const EMISSION_DIMENSIONS: usize = 5;
@@ -19,6 +21,8 @@ pub struct Emitted<P> {
     pub power: P,
     /// Factor on `power` at distance r along the first line.
     pub falloff: Falloff,
+    /// Where those go that start a little differently.
+    pub beam: Beam,
 }
 
 /// How power changes along the first line.
@@ -87,13 +91,13 @@ impl<'a, P: Power> Emitters<'a, P> {
         let rest = ((x - below) / probability) as f32;
         let share = (1.0 / (probability * f64::from(paths))) as f32;
         let power = P::of(luminaire.power(self.radius)).scaled(share);
-        let (origin, direction, falloff) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
+        let (origin, direction, falloff, beam) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
         // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
         let power = match falloff {
             Falloff::Physical => power,
             Falloff::Warn(attenuation) => power.scaled(1.0 / warn_falloff(attenuation, self.radius)),
         };
-        Emitted { origin, direction, power, falloff }
+        Emitted { origin, direction, power, falloff, beam }
     }
 
     /// The luminaire that `u0` in [0, 1) chooses.
@@ -111,7 +115,7 @@ impl<'a, P: Power> Emitters<'a, P> {
         side: f32,
         place: [f32; 2],
         turn: [f32; 2],
-    ) -> (Vec3, Vec3, Falloff) {
+    ) -> (Vec3, Vec3, Falloff, Beam) {
         match *luminaire {
             Luminaire::Triangle { triangle, emission, .. } => {
                 let [b1, b2] = warp::triangle(place);
@@ -119,12 +123,17 @@ impl<'a, P: Power> Emitters<'a, P> {
                 let front = point.normals.geometric;
                 let up = if emission.two_sided && side >= 0.5 { -front } else { front };
                 let direction = warp::to_world(up, warp::cosine_hemisphere(turn));
-                (point.origin_towards(direction), direction, Falloff::Physical)
+                let beam = Beam::from_point(direction, FRAC_1_PI * direction.dot(up).abs());
+                (point.origin_towards(direction), direction, Falloff::Physical, beam)
             }
-            Luminaire::Point { position, .. } => (position, warp::sphere(turn), Falloff::Physical),
+            Luminaire::Point { position, .. } => {
+                let direction = warp::sphere(turn);
+                (position, direction, Falloff::Physical, Beam::from_point(direction, 0.25 * FRAC_1_PI))
+            }
             Luminaire::Spot { position, direction, cone, .. } => {
-                let local = warp::about_z(cone.sample_cos(turn[0]), turn[1]);
-                (position, warp::to_world(direction, local), Falloff::Physical)
+                let direction = warp::to_world(direction, warp::about_z(cone.sample_cos(turn[0]), turn[1]));
+                let beam = Beam::from_point(direction, 1.0 / cone.solid_angle());
+                (position, direction, Falloff::Physical, beam)
             }
             Luminaire::Warn { position, direction, exponent, attenuation, .. } => {
                 let out = if exponent == 0.0 {
@@ -134,14 +143,16 @@ impl<'a, P: Power> Emitters<'a, P> {
                     let cos = (1.0 - turn[0]).powf(1.0 / (exponent + 1.0));
                     warp::to_world(direction, warp::about_z(cos, turn[1]))
                 };
-                (position, out, Falloff::Warn(attenuation))
+                let pdf = 0.5 * FRAC_1_PI * (exponent + 1.0) * out.dot(direction).abs().powf(exponent);
+                (position, out, Falloff::Warn(attenuation), Beam::from_point(out, pdf))
             }
             Luminaire::Directional { direction, .. } => {
                 let (right, up) = direction.any_orthonormal_pair();
                 let [x, y] = warp::disk(place);
                 let on_disk = self.centre + self.radius * (x * right + y * up);
                 // Two radii back: before everything, whatever the rounding.
-                (on_disk - 2.0 * self.radius * direction, direction, Falloff::Physical)
+                let beam = Beam::parallel(direction, FRAC_1_PI / (self.radius * self.radius));
+                (on_disk - 2.0 * self.radius * direction, direction, Falloff::Physical, beam)
             }
         }
     }

@@ -21,7 +21,7 @@ const LESSONS: u32 = (4 * SLABS * SIDE * SIDE) as u32;
 /// Reflections that a lesson follows: caustics begin with few, and in bright rooms paths may be thousands long.
 const LESSON_REFLECTIONS: u32 = 8;
 /// The share of paths that is guided; the rest starts as it would without.
-const GUIDED: f32 = 0.2;
+const GUIDED: f32 = 0.1;
 
 /// A density of starts, constant in each cell, with mean one.
 #[derive(Clone, Debug)]

@@ -1,18 +1,20 @@
 //! Luminaires → photons: the light-shooting half of the method, DESIGN "Shoot".
 
+mod beam;
 mod emission;
 mod guide;
 
+pub use beam::Beam;
 pub(crate) use emission::ALIKE;
 pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
 pub use guide::Guide;
 
 use crate::light::Power;
 use crate::optics::{Bsdf, Sample, Transport};
-use crate::plan::{PhotonClasses, PhotonPlan, Plan};
+use crate::plan::{LEVELS, PhotonClasses, PhotonPlan, Plan, Settings};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, hash};
-use crate::scene::{Material, SurfacePoint};
+use crate::scene::{Material, SurfacePoint, View};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,6 +38,8 @@ pub struct Photon<P> {
     pub power: P,
     /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
     pub normal: [i8; 3],
+    /// Which of [`caustic_radii`](Settings::caustic_radii) it is gathered with; zero for other light.
+    pub level: u8,
     /// Reflections since the luminaire; the last number stands for all above it.
     pub reflections: u16,
     /// Powers of the scene's s and t in `power`; the last number stands for all above it.
@@ -69,7 +73,7 @@ impl<P> Photon<P> {
     pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
         let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
         let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
-        Self { position, power, normal, reflections, orders: Orders::default() }
+        Self { position, power, normal, level: 0, reflections, orders: Orders::default() }
     }
 
     /// The cosine between its normal and another, within about a hundredth.
@@ -184,12 +188,22 @@ struct Line<P> {
     delta_chain: u32,
     class: PathClass,
     orders: Orders,
+    /// Of no use once the class is [`PathClass::Indirect`].
+    beam: Beam,
+}
+
+/// Where a line met matter.
+struct Met<'m> {
+    material: &'m Material,
+    hit: &'m Hit,
+    point: &'m SurfacePoint,
 }
 
 /// Follows paths one after another and keeps what they deposit.
 struct Walk<'a, P> {
     plan: &'a Plan,
     photon_plan: &'a PhotonPlan,
+    levels: Levels,
     stack: Vec<Line<P>>,
     hits: Vec<Hit>,
     photons: Photons<P>,
@@ -198,11 +212,12 @@ struct Walk<'a, P> {
 impl<'a, P: Power> Walk<'a, P> {
     fn new(plan: &'a Plan, photon_plan: &'a PhotonPlan) -> Self {
         let photons = Photons { by_class: Default::default(), ledger: Ledger::default() };
-        Self { plan, photon_plan, stack: Vec::new(), hits: Vec::new(), photons }
+        let levels = Levels::of(plan, photon_plan);
+        Self { plan, photon_plan, levels, stack: Vec::new(), hits: Vec::new(), photons }
     }
 
     fn follow(&mut self, emitted: Emitted<P>, mut rng: Rng) {
-        let Emitted { origin, direction, power, falloff } = emitted;
+        let Emitted { origin, direction, power, falloff, beam } = emitted;
         let unit = power.total();
         self.photons.ledger.emitted += f64::from(unit);
         self.stack.push(Line {
@@ -214,6 +229,7 @@ impl<'a, P: Power> Walk<'a, P> {
             delta_chain: 0,
             class: PathClass::Direct,
             orders: Orders::default(),
+            beam,
         });
         while let Some(line) = self.stack.pop() {
             self.follow_line(line, unit, &mut rng);
@@ -234,9 +250,10 @@ impl<'a, P: Power> Walk<'a, P> {
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[index] && self.photon_plan.classes.contains(line.class) {
-                self.deposit(&line, &point, arriving, rng);
+                self.deposit(&line, hit.t, &point, arriving, rng);
             }
-            let sent_on = self.spawn(&line, material, &point, arriving, unit, rng);
+            let met = Met { material, hit, point: &point };
+            let sent_on = self.spawn(&line, &met, arriving, unit, rng);
             let straight = power.through(material.bsdf.straight);
             self.account(power, sent_on, straight);
             power = straight;
@@ -250,7 +267,7 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 
     /// Keeps the photon, if the side it came to is not dark; thinned where the plan bounds memory.
-    fn deposit(&mut self, line: &Line<P>, point: &SurfacePoint, power: P, rng: &mut Rng) {
+    fn deposit(&mut self, line: &Line<P>, distance: f32, point: &SurfacePoint, power: P, rng: &mut Rng) {
         let from = -line.direction;
         let normals = &point.normals;
         if !normals.same_side(from, from) {
@@ -264,19 +281,19 @@ impl<'a, P: Power> Walk<'a, P> {
         let power = power.scaled(normals.arrival(from) / keep);
         assert!(power.light().is_finite(), "a photon's power is not finite: {:?}", power.light());
         let photon = Photon::new(point.position, normal, power, line.reflections);
-        self.photons.by_class[line.class as usize].push(Photon { orders: line.orders, ..photon });
+        let level = match line.class {
+            PathClass::Caustic => {
+                let area = line.beam.at(line.direction, distance, normals.geometric).area();
+                self.levels.of_beam(point.position, area, rng.f32())
+            }
+            PathClass::Direct | PathClass::Indirect => 0,
+        };
+        self.photons.by_class[line.class as usize].push(Photon { orders: line.orders, level, ..photon });
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
-    fn spawn(
-        &mut self,
-        line: &Line<P>,
-        material: &Material,
-        point: &SurfacePoint,
-        power: P,
-        unit: f32,
-        rng: &mut Rng,
-    ) -> f64 {
+    fn spawn(&mut self, line: &Line<P>, met: &Met<'_>, power: P, unit: f32, rng: &mut Rng) -> f64 {
+        let Met { material, hit, point } = *met;
         let orders = line.orders.reflected(material);
         if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
@@ -308,6 +325,17 @@ impl<'a, P: Power> Walk<'a, P> {
         }
         let class =
             if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
+        let beam = if class == PathClass::Caustic {
+            let smooth = self.plan.is_smooth(hit.triangle);
+            let bend = |step: Vec3| match smooth {
+                true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),
+                false => Vec3::ZERO,
+            };
+            let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
+            beam.scattered(&lobe, &point.normals, [from, to], bend)
+        } else {
+            line.beam
+        };
         let power = child.scaled(1.0 / survival);
         self.photons.ledger.roulette += f64::from(power.total()) - expected;
         self.stack.push(Line {
@@ -319,6 +347,7 @@ impl<'a, P: Power> Walk<'a, P> {
             delta_chain,
             class,
             orders,
+            beam,
         });
         expected
     }
@@ -331,6 +360,46 @@ impl<'a, P: Power> Walk<'a, P> {
         } else {
             ledger.created -= stays;
         }
+    }
+}
+
+/// Photons of a pass that one beam should bring to a gather disk.
+const ENOUGH: f32 = 20.0;
+
+/// Which gather radius fits a caustic photon.
+struct Levels {
+    view: View,
+    height: u32,
+    /// Area of a disk that holds enough, over that which a path covers.
+    disk: f32,
+    /// The sharpest radius in footprints.
+    sharp: f32,
+    /// Levels for each factor of e between radii; zero where there is but one radius.
+    per_e: f32,
+}
+
+impl Levels {
+    fn of(plan: &Plan, photon_plan: &PhotonPlan) -> Self {
+        let Settings { width, height, .. } = plan.settings;
+        let radii = plan.settings.caustic_radii();
+        let (wide, sharp) = (radii[0], radii[LEVELS - 1]);
+        let range = (wide / sharp).ln();
+        Self {
+            view: plan.scene.camera.view(width as f32 / height as f32),
+            height,
+            disk: ENOUGH / (std::f32::consts::PI * photon_plan.paths as f32),
+            sharp,
+            per_e: if range > 0.0 { (LEVELS - 1) as f32 / range } else { 0.0 },
+        }
+    }
+
+    /// The level of a photon whose beam covers `area` (m²), by `u` in [0, 1): so that the mean radius follows the beam, and nothing
+    /// breaks off where levels meet.
+    fn of_beam(&self, position: Vec3, area: f32, u: f32) -> u8 {
+        let radius = (self.disk * area).sqrt() / self.view.footprint_at(position, self.height);
+        let sharper = self.per_e * (radius / self.sharp).max(f32::MIN_POSITIVE).ln();
+        let most = (LEVELS - 1) as f32;
+        (most - sharper.clamp(0.0, most) + u) as u8
     }
 }
 
@@ -364,5 +433,39 @@ impl PhotonClasses {
             PathClass::Caustic => self.caustic,
             PathClass::Indirect => self.indirect,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Projection};
+
+    #[test]
+    fn radii_follow_the_beam() {
+        let camera = Camera::look_at(Vec3::ZERO, -Vec3::Z, Vec3::Y, Projection::Perspective { yfov: 0.7 });
+        let (sharp, wide, paths) = (2.0_f32, 18.0_f32, 1000.0);
+        let disk = ENOUGH / (std::f32::consts::PI * paths);
+        let levels =
+            Levels { view: camera.view(1.0), height: 100, disk, sharp, per_e: 2.0 / (wide / sharp).ln() };
+        let position = Vec3::new(0.0, 1.0, -7.0);
+        let footprint = levels.view.footprint_at(position, 100);
+        // The area of the beam of which a disk of this radius in footprints holds enough.
+        let area = |radius: f32| (radius * footprint).powi(2) / disk;
+        for (radius, level) in [(0.0, 2), (1.0, 2), (18.0, 0), (1e4, 0)] {
+            for u in [0.0, 0.5, 0.999] {
+                assert_eq!(levels.of_beam(position, area(radius), u), level, "{radius}");
+            }
+        }
+        // Between two radii chance takes either, so that logarithms are met in the mean.
+        let taken = |radius, u| 18.0 / 3.0_f32.powi(levels.of_beam(position, area(radius), u).into());
+        for radius in [2.2, 4.0, 6.0, 9.0, 15.0_f32] {
+            let n = 1000;
+            let mean =
+                (0..n).map(|i| taken(radius, (i as f32 + 0.5) / n as f32).ln()).sum::<f32>() / n as f32;
+            assert!((mean - radius.ln()).abs() < 2e-3, "{radius}: {}", mean.exp());
+        }
+        let even = Levels { per_e: 0.0, ..levels };
+        assert_eq!(even.of_beam(position, 0.0, 0.5), even.of_beam(position, area(1e4), 0.5));
     }
 }
