@@ -83,39 +83,54 @@ impl Rims {
 
     /// The area (m²) of the surface within `radius` of `position`, seen from the side of `normal`.
     pub fn area(&self, position: Vec3, normal: Vec3, radius: f32) -> f32 {
-        let [area] = self.areas(position, normal, [radius]);
+        let mut near = Vec::new();
+        self.near(position, radius, &mut near);
+        let [area] = self.areas(&near, position, normal, [radius]);
         area
     }
 
-    /// The areas (m²) of the surface within each of the radii of `position`, seen from the side of `normal`.
+    /// The rims, by index, that may cut a disk of `radius` (m) about `position` or a smaller one within it.
+    pub fn near(&self, position: Vec3, radius: f32, near: &mut Vec<u32>) {
+        near.clear();
+        let Some(tree) = &self.tree else { return };
+        let reach = Aabb::new((position - radius).into(), (position + radius).into());
+        tree.aabb_traverse(reach, |tree, node| {
+            let node = &tree.nodes[node as usize];
+            let slots = node.first_index..node.first_index + node.prim_count;
+            near.extend(slots.map(|slot| tree.primitive_indices[slot as usize]));
+            true
+        });
+    }
+
+    /// The areas (m²) of the surface within each of the radii of `position`, seen from the side of `normal`; `near` are the rims
+    /// that may [matter](Self::near).
     ///
     /// Right for flat surfaces with rims of any shape; curved ones are taken by their tangent plane. Where rounding
     /// leaves nothing, at the very tip of a surface, the whole disk stands in: its bias, too, shrinks with the radius.
-    pub fn areas<const N: usize>(&self, position: Vec3, normal: Vec3, radii: [f32; N]) -> [f32; N] {
+    pub fn areas<const N: usize>(
+        &self,
+        near: &[u32],
+        position: Vec3,
+        normal: Vec3,
+        radii: [f32; N],
+    ) -> [f32; N] {
         let whole = radii.map(|radius| PI * radius * radius);
-        let Some(tree) = &self.tree else { return whole };
-        let (right, up) = normal.any_orthonormal_pair();
         let mut beyond = [0.0; N];
-        let widest = radii.into_iter().fold(0.0, f32::max);
-        let reach = Aabb::new((position - widest).into(), (position + widest).into());
-        tree.aabb_traverse(reach, |tree, node| {
-            let node = &tree.nodes[node as usize];
-            for slot in node.first_index..node.first_index + node.prim_count {
-                let rim = &self.rims[tree.primitive_indices[slot as usize] as usize];
-                let cos = rim.normal.dot(normal);
-                if cos.abs() <= SAME_SIDE_COSINE || (cos < 0.0 && !rim.two_sided) {
-                    continue;
-                }
-                let ends = [rim.a - position, rim.b - position];
-                for (beyond, radius) in beyond.iter_mut().zip(radii) {
-                    if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
-                        let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
-                        *beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
-                    }
+        let (right, up) = normal.any_orthonormal_pair();
+        for &rim in near {
+            let rim = &self.rims[rim as usize];
+            let cos = rim.normal.dot(normal);
+            if cos.abs() <= SAME_SIDE_COSINE || (cos < 0.0 && !rim.two_sided) {
+                continue;
+            }
+            let ends = [rim.a - position, rim.b - position];
+            for (beyond, radius) in beyond.iter_mut().zip(radii) {
+                if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
+                    let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
+                    *beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
                 }
             }
-            true
-        });
+        }
         std::array::from_fn(|i| {
             let area = whole[i] + beyond[i];
             // A billionth of the disk is below what its f32 terms can tell from nothing.

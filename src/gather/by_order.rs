@@ -7,8 +7,8 @@
 use super::branches::{Parent, Surface, branches};
 use super::connect::Connection;
 use super::{
-    CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Parts, Pixel, TILE, TILE_WIDTH,
-    describe,
+    CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Nearby, Parts, Pixel, TILE,
+    TILE_WIDTH, describe,
 };
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
@@ -237,6 +237,8 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 connections,
                 maps: &maps[0],
                 packed: &packed[0],
+                pass: 0,
+                nearby: maps.iter().map(|_| Nearby::default()).collect(),
                 by_order,
                 growth: plan.existence.growth().max(1.0),
                 stack: Vec::new(),
@@ -253,7 +255,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                             let pass = first_pass + i as u32;
                             let seed = plan.settings.seed;
                             let rng = Rng::new(seed, Stream::Gather, pass, (y * width + x) as u64);
-                            (walk.maps, walk.packed) = (&maps[i], &packed[i]);
+                            (walk.pass, walk.maps, walk.packed) = (i, &maps[i], &packed[i]);
                             pixels[index] = walk.pixel(x as u32, y as u32, rng);
                         }
                         light.extend(walk.by_order.drain());
@@ -321,6 +323,10 @@ struct Walk<'a, P> {
     maps: &'a Maps<'a, P>,
     /// By map.
     packed: &'a [Vec<PackedBlock>],
+    /// Which of the passes it is, from the first.
+    pass: usize,
+    /// By pass.
+    nearby: Vec<Nearby>,
     by_order: ByOrder,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
@@ -407,13 +413,14 @@ impl<P: Power> Walk<'_, P> {
             if self.maps.tiers().is_empty() {
                 continue;
             }
-            let disks = self.maps.disks(point, normal, footprint);
-            for (tier, blocks) in self.maps.tiers().iter().zip(self.packed) {
+            let around = self.maps.around(&mut self.nearby[self.pass], point, footprint);
+            let disks = self.maps.disks(around, point, normal, footprint);
+            for ((tier, blocks), near) in self.maps.tiers().iter().zip(self.packed).zip(&around.photons) {
                 let (mut value, mut length) = (Vec3::ZERO, 0_u32);
                 let disk = tier.disk(&disks);
                 let factor = f * reading.row.invisible;
                 let over_whole = disk.over_whole * factor;
-                let inner = tier.each(point, normal, disk, most, |block, bits| {
+                let inner = tier.each(near, [point.position, normal], disk, most, |block, bits| {
                     by_order.meet(&blocks[block], bits);
                     length += LANES as u32;
                     if length >= RUN {

@@ -1,7 +1,7 @@
 //! Density estimation: one photon map for each class of paths, with its own radius.
 
 use crate::light::Power;
-use crate::photon_map::PhotonMap;
+use crate::photon_map::{Neighbourhood, PhotonMap};
 use crate::plan::{LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
@@ -78,9 +78,11 @@ impl<'a, P: Power> Maps<'a, P> {
     }
 
     /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
-    /// than `most_reflections`; `footprint` is the side of what a pixel covers there (m).
+    /// than `most_reflections`; `footprint` is the side of what a pixel covers there (m). `nearby` holds what was found for
+    /// other places of the same maps.
     pub fn irradiance(
         &self,
+        nearby: &mut Nearby,
         point: &SurfacePoint,
         normal: Vec3,
         footprint: f32,
@@ -90,10 +92,11 @@ impl<'a, P: Power> Maps<'a, P> {
         if self.tiers.is_empty() {
             return by_class;
         }
-        let disks = self.disks(point, normal, footprint);
-        for Tier { class, map, level } in &self.tiers {
+        let around = self.around(nearby, point, footprint);
+        let disks = self.disks(around, point, normal, footprint);
+        for (Tier { class, map, level }, near) in self.tiers.iter().zip(&around.photons) {
             let disk = &disks[*level];
-            let flux = map.flux(point.position, normal, disk.radius, most_reflections);
+            let flux = map.flux_near(near, [point.position, normal], disk.radius, most_reflections);
             let (whole, half) = (flux.whole.scaled(disk.over_whole), flux.inner.scaled(disk.over_half));
             let irradiance = &mut by_class[*class as usize];
             irradiance.value += whole;
@@ -103,18 +106,51 @@ impl<'a, P: Power> Maps<'a, P> {
         by_class
     }
 
+    /// What is near a point.
+    pub(super) fn around<'n>(
+        &self,
+        nearby: &'n mut Nearby,
+        point: &SurfacePoint,
+        footprint: f32,
+    ) -> &'n Surroundings {
+        let position = point.position;
+        if let Some(i) = nearby.places.iter().position(|place| place.covers(position, footprint)) {
+            return &nearby.places[i];
+        }
+        let place = &mut nearby.places[nearby.next];
+        nearby.next = (nearby.next + 1) % PLACES;
+        let footprint = LARGER * footprint;
+        (place.centre, place.footprint) = (position, footprint);
+        place.photons.resize_with(self.tiers.len(), Neighbourhood::default);
+        // A little more, for what rounding does at its edge.
+        let reach = |level: usize| 1.0001 * (self.radii[level] + SPARE) * footprint;
+        for (tier, near) in self.tiers.iter().zip(&mut place.photons) {
+            tier.map.neighbourhood(position, reach(tier.level), near);
+        }
+        let widest = (0..RADII).map(reach).fold(0.0, f32::max);
+        self.rims.near(position, widest, &mut place.rims);
+        place
+    }
+
     /// Where [`irradiance`](Self::irradiance) looks for photons, by level.
-    pub(super) fn disks(&self, point: &SurfacePoint, normal: Vec3, footprint: f32) -> [Disk; RADII] {
-        let radii = self.radii.map(|radius| radius * footprint);
-        let areas = self.rims.areas(point.position, normal, radii);
-        if (0..RADII).all(|level| areas[level] == PI * radii[level] * radii[level]) {
-            return radii
-                .map(|radius| Disk::new(radius, [1.0, 0.25].map(|part| part * PI * radius * radius)));
+    pub(super) fn disks(
+        &self,
+        around: &Surroundings,
+        point: &SurfacePoint,
+        normal: Vec3,
+        footprint: f32,
+    ) -> [Disk; RADII] {
+        let (radii, rims) = (self.radii.map(|radius| radius * footprint), &around.rims);
+        let whole = radii.map(|radius| PI * radius * radius);
+        let areas =
+            if rims.is_empty() { whole } else { self.rims.areas(rims, point.position, normal, radii) };
+        if areas == whole {
+            return std::array::from_fn(|level| Disk::new(radii[level], [whole[level], 0.25 * whole[level]]));
         }
         let radii: [f32; RADII] = std::array::from_fn(|level| narrowed(radii[level], areas[level]));
         let each: [f32; 2 * RADII] =
             std::array::from_fn(|i| if i % 2 == 0 { radii[i / 2] } else { 0.5 * radii[i / 2] });
-        let areas = self.rims.areas(point.position, normal, each);
+        let areas = self.rims.areas(rims, point.position, normal, each);
         std::array::from_fn(|level| Disk::new(radii[level], [areas[2 * level], areas[2 * level + 1]]))
     }
 
@@ -144,13 +180,50 @@ impl<P: Power> Tier<P> {
     /// after no more than `most_reflections`. Returns the power on the disk of half the radius.
     pub fn each(
         &self,
-        point: &SurfacePoint,
-        normal: Vec3,
+        near: &Neighbourhood,
+        place: [Vec3; 2],
         disk: &Disk,
         most_reflections: u16,
         visit: impl FnMut(usize, u64),
     ) -> P {
-        self.map.visit(point.position, normal, disk.radius, most_reflections, visit)
+        self.map.visit_near(near, place, disk.radius, most_reflections, visit)
+    }
+}
+
+/// Places that are remembered: rows of a tile, and what mirrors and glass show there, take turns.
+const PLACES: usize = 8;
+/// How far from a place its surroundings serve, in footprints.
+const SPARE: f32 = 6.0;
+/// And for footprints that are so much larger.
+const LARGER: f32 = 1.05;
+
+/// What is near the places that were asked for last. It changes no result.
+pub struct Nearby {
+    places: [Surroundings; PLACES],
+    /// The one to be forgotten next.
+    next: usize,
+}
+
+impl Default for Nearby {
+    fn default() -> Self {
+        Self { places: std::array::from_fn(|_| Surroundings::default()), next: 0 }
+    }
+}
+
+/// What is near one place.
+#[derive(Default)]
+pub(super) struct Surroundings {
+    centre: Vec3,
+    /// The largest they serve (m); zero where nothing was asked for yet.
+    footprint: f32,
+    /// By map.
+    pub photons: Vec<Neighbourhood>,
+    rims: Vec<u32>,
+}
+
+impl Surroundings {
+    fn covers(&self, position: Vec3, footprint: f32) -> bool {
+        footprint <= self.footprint && position.distance(self.centre) <= SPARE * self.footprint
     }
 }
 

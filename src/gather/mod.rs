@@ -15,7 +15,7 @@ use branches::{Parent, Surface, branches};
 pub use by_order::{MostOrders, Ordered, gather_by_order};
 pub use connect::Connections;
 use direct::{Begun, Open};
-pub use estimate::{ALPHA, Irradiance, Maps, radius_factor};
+pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
 
 use crate::light::{Power, Row};
 use crate::optics::{Bsdf, Lobe, Normals};
@@ -105,6 +105,7 @@ pub fn gather<P: Power, const R: usize>(
             view,
             connections,
             maps,
+            nearby: Nearby::default(),
             growth: plan.existence.growth().max(1.0),
             stack: Vec::new(),
             hits: Vec::new(),
@@ -170,6 +171,7 @@ struct Walk<'a, P, const R: usize> {
     view: View,
     connections: &'a Connections,
     maps: &'a Maps<'a, P>,
+    nearby: Nearby,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
     stack: Vec<Line<R>>,
@@ -260,7 +262,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
-            let irradiance = self.maps.irradiance(point, normal, footprint, most);
+            let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, footprint, most);
             for (class, irradiance) in
                 [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
             {

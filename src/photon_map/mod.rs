@@ -31,6 +31,21 @@ pub struct PhotonMap<P> {
     level: Level,
 }
 
+/// The blocks of a map about a place, in its order: found once for many questions from near there.
+#[derive(Clone, Debug, Default)]
+pub struct Neighbourhood {
+    /// Boxes of blocks, eight to a row.
+    rows: Vec<Node>,
+    count: usize,
+}
+
+impl Neighbourhood {
+    /// True when there is nothing to be found.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+}
+
 /// Power (W) that arrived near a point; divided by the area it fell on, irradiance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flux<P> {
@@ -94,13 +109,40 @@ impl<P: Power> PhotonMap<P> {
     /// than `most_reflections`. Sums are taken in the order of the tree.
     pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> Flux<P> {
         let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => self.sum(simd, &disk, most_reflections))
+        dispatch!(self.level, simd => self.sum(simd, self, &disk, most_reflections))
+    }
+
+    /// The same, from a [`neighbourhood`](Self::neighbourhood) that the disk lies within.
+    pub fn flux_near(
+        &self,
+        near: &Neighbourhood,
+        [position, normal]: [Vec3; 2],
+        radius: f32,
+        most_reflections: u16,
+    ) -> Flux<P> {
+        if near.is_empty() {
+            return Flux::default();
+        }
+        let disk = Disk::new(position, normal, radius);
+        dispatch!(self.level, simd => self.sum(simd, near, &disk, most_reflections))
+    }
+
+    /// Finds the blocks that come within `radius` (m) of `centre`.
+    pub fn neighbourhood(&self, centre: Vec3, radius: f32, near: &mut Neighbourhood) {
+        near.rows.clear();
+        near.count = 0;
+        dispatch!(self.level, simd => {
+            self.each(simd, centre.to_array(), radius * radius, |node, child| {
+                Node::append(&mut near.rows, near.count, (node, child));
+                near.count += 1;
+            });
+        });
     }
 
     #[inline(always)]
-    fn sum<S: Simd>(&self, simd: S, disk: &Disk, most_reflections: u16) -> Flux<P> {
+    fn sum<S: Simd>(&self, simd: S, among: &impl Boxes, disk: &Disk, most_reflections: u16) -> Flux<P> {
         let (mut whole, mut inner) = (Sums::zero(simd), Sums::zero(simd));
-        self.each_block(simd, disk, most_reflections, |block, inside, near| {
+        self.each_block(simd, among, disk, most_reflections, |block, inside, near| {
             let powers = &self.powers[P::COMPONENTS * block..][..P::COMPONENTS];
             whole.add(powers, inside);
             inner.add(powers, near);
@@ -113,12 +155,17 @@ impl<P: Power> PhotonMap<P> {
     fn each_block<S: Simd>(
         &self,
         simd: S,
+        among: &impl Boxes,
         disk: &Disk,
         most_reflections: u16,
         mut visit: impl FnMut(usize, mask32x16<S>, mask32x16<S>),
     ) {
         let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
-        self.near(simd, disk, |block, squared, mut inside| {
+        among.each(simd, disk.position, disk.radius_squared, |node, child| {
+            let block = (node.child[child] & !LEAF) as usize;
+            let Some((squared, mut inside)) = self.blocks[block].within(simd, disk, &self.normals) else {
+                return;
+            };
             if most_reflections < u16::MAX {
                 let photons = &self.photons[LANES * block..];
                 let bits = photons.iter().take(LANES).enumerate().fold(0_u64, |bits, (lane, photon)| {
@@ -150,12 +197,33 @@ impl<P: Power> PhotonMap<P> {
         normal: Vec3,
         radius: f32,
         most_reflections: u16,
+        visit: impl FnMut(usize, u64),
+    ) -> P {
+        self.visit_among(self, &Disk::new(position, normal, radius), most_reflections, visit)
+    }
+
+    /// The same, from a [`neighbourhood`](Self::neighbourhood) that the disk lies within.
+    pub fn visit_near(
+        &self,
+        near: &Neighbourhood,
+        [position, normal]: [Vec3; 2],
+        radius: f32,
+        most_reflections: u16,
+        visit: impl FnMut(usize, u64),
+    ) -> P {
+        self.visit_among(near, &Disk::new(position, normal, radius), most_reflections, visit)
+    }
+
+    fn visit_among(
+        &self,
+        among: &impl Boxes,
+        disk: &Disk,
+        most_reflections: u16,
         mut visit: impl FnMut(usize, u64),
     ) -> P {
-        let disk = Disk::new(position, normal, radius);
         dispatch!(self.level, simd => {
             let mut inner = Sums::zero(simd);
-            self.each_block(simd, &disk, most_reflections, |block, inside, near| {
+            self.each_block(simd, among, disk, most_reflections, |block, inside, near| {
                 inner.add(&self.powers[P::COMPONENTS * block..][..P::COMPONENTS], near);
                 visit(block, inside.to_bitmask());
             });
@@ -173,9 +241,23 @@ impl<P: Power> PhotonMap<P> {
             }
         });
     }
+}
 
+/// Where blocks of photons are looked for.
+trait Boxes {
+    /// Calls `visit` with each child of a node that is a block and comes within a distance, in the order of the blocks.
+    fn each<S: Simd>(&self, simd: S, centre: [f32; 3], radius_squared: f32, visit: impl FnMut(&Node, usize));
+}
+
+impl<P> Boxes for PhotonMap<P> {
     #[inline(always)]
-    fn near<S: Simd>(&self, simd: S, disk: &Disk, mut visit: impl FnMut(usize, Lanes<S>, mask32x16<S>)) {
+    fn each<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f32; 3],
+        radius_squared: f32,
+        mut visit: impl FnMut(&Node, usize),
+    ) {
         if self.nodes.is_empty() {
             return;
         }
@@ -184,19 +266,39 @@ impl<P: Power> PhotonMap<P> {
         while height > 0 {
             height -= 1;
             let node = &self.nodes[stack[height] as usize];
-            let mut met = node.near(simd, disk.position, disk.radius_squared);
-            while met != 0 {
-                let child = node.child[met.trailing_zeros() as usize % tree::WIDTH];
-                met &= met - 1;
-                if child & LEAF == 0 {
-                    stack[height] = child;
+            let mut met = node.near(simd, centre, radius_squared);
+            if node.has_leaves() {
+                while met != 0 {
+                    visit(node, met.trailing_zeros() as usize % tree::WIDTH);
+                    met &= met - 1;
+                }
+            } else {
+                // The first is to be taken off the stack first.
+                while met != 0 {
+                    let child = met.ilog2() as usize % tree::WIDTH;
+                    met &= !(1 << child);
+                    stack[height] = node.child[child];
                     height += 1;
-                    continue;
                 }
-                let block = (child & !LEAF) as usize;
-                if let Some((squared, inside)) = self.blocks[block].within(simd, disk, &self.normals) {
-                    visit(block, squared, inside);
-                }
+            }
+        }
+    }
+}
+
+impl Boxes for Neighbourhood {
+    #[inline(always)]
+    fn each<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f32; 3],
+        radius_squared: f32,
+        mut visit: impl FnMut(&Node, usize),
+    ) {
+        for row in &self.rows {
+            let mut met = row.near(simd, centre, radius_squared);
+            while met != 0 {
+                visit(row, met.trailing_zeros() as usize % tree::WIDTH);
+                met &= met - 1;
             }
         }
     }
@@ -238,16 +340,14 @@ impl<S: Simd, P: Power> Sums<S, P> {
 
     #[inline(always)]
     fn total(&self) -> P {
-        let sum = |lanes: Lanes<S>| {
-            let mut sums = lanes.to_array();
-            for half in [8, 4, 2, 1] {
-                for i in 0..half {
-                    sums[i] += sums[i + half];
-                }
-            }
-            sums[0]
-        };
-        P::from_components(|c| sum(self.all[c] + self.run[c]))
+        let mut sums = [0.0; 6];
+        for c in 0..P::COMPONENTS {
+            let (low, high) = (self.all[c] + self.run[c]).split();
+            let (low, high) = (low + high).split();
+            let [a, b, c_, d] = (low + high).to_array();
+            sums[c] = (a + c_) + (b + d);
+        }
+        P::from_components(|c| sums[c])
     }
 }
 
@@ -292,6 +392,32 @@ mod tests {
             );
         }
         assert_eq!(map.count(Vec3::splat(0.5), Vec3::Z, 1e-6), 5_000);
+    }
+
+    #[test]
+    fn neighbourhoods_hold_all_that_is_asked_for() {
+        let map = PhotonMap::build(corner());
+        let mut rng = Rng::new(5, Stream::Test, 0, 0);
+        let mut near = Neighbourhood::default();
+        let mut met = 0;
+        for _ in 0..100 {
+            let [x, z, r] = rng.f32x3();
+            let (centre, radius) = (Vec3::new(x, 0.0, z), 0.001 + 0.1 * r);
+            map.neighbourhood(centre, 1.5 * radius, &mut near);
+            for _ in 0..10 {
+                let aside = 0.49 * radius * Vec3::from(rng.f32x3().map(|u| 2.0 * u - 1.0)).normalize();
+                let place = [centre + aside, Vec3::Y];
+                let flux = map.flux_near(&near, place, radius, 9);
+                assert_eq!(flux, map.flux(place[0], place[1], radius, 9));
+                let mut count = 0;
+                map.visit_near(&near, place, radius, 9, |_, bits| count += bits.count_ones());
+                assert_eq!(count as f32, flux.whole.0.x);
+                met += count;
+            }
+        }
+        assert!(met > 100_000, "{met}");
+        map.neighbourhood(Vec3::splat(30.0), 1.0, &mut near);
+        assert!(near.is_empty());
     }
 
     #[test]

@@ -48,6 +48,25 @@ impl Node {
     const EMPTY: Self =
         Self { min: [[f32::INFINITY; WIDTH]; 3], max: [[f32::INFINITY; WIDTH]; 3], child: [0; WIDTH] };
 
+    /// True where the children are blocks of photons: they are all of one kind.
+    pub fn has_leaves(&self) -> bool {
+        self.child[0] & LEAF != 0
+    }
+
+    /// Puts boxes in rows of eight, one after the other.
+    pub fn append(rows: &mut Vec<Self>, count: usize, (from, child): (&Self, usize)) {
+        let place = count % WIDTH;
+        if place == 0 {
+            rows.push(Self::EMPTY);
+        }
+        let row = rows.last_mut().expect("one was pushed");
+        for axis in 0..3 {
+            row.min[axis][place] = from.min[axis][child];
+            row.max[axis][place] = from.max[axis][child];
+        }
+        row.child[place] = from.child[child];
+    }
+
     /// Which boxes come within the root of `radius_squared` of `centre`, a bit each.
     #[inline(always)]
     pub fn near<S: Simd>(&self, simd: S, centre: [f32; 3], radius_squared: f32) -> u32 {
