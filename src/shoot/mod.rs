@@ -399,7 +399,8 @@ impl Levels {
         let radius = (self.disk * area).sqrt() / self.view.footprint_at(position, self.height);
         let sharper = self.per_e * (radius / self.sharp).max(f32::MIN_POSITIVE).ln();
         let most = (LEVELS - 1) as f32;
-        (most - sharper.clamp(0.0, most) + u) as u8
+        // The sum may round up.
+        (most - sharper.clamp(0.0, most) + u).min(most) as u8
     }
 }
 
@@ -453,7 +454,7 @@ mod tests {
         // The area of the beam of which a disk of this radius in footprints holds enough.
         let area = |radius: f32| (radius * footprint).powi(2) / disk;
         for (radius, level) in [(0.0, 2), (1.0, 2), (18.0, 0), (1e4, 0)] {
-            for u in [0.0, 0.5, 0.999] {
+            for u in [0.0, 0.5, 1.0_f32.next_down()] {
                 assert_eq!(levels.of_beam(position, area(radius), u), level, "{radius}");
             }
         }
