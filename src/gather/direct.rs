@@ -20,7 +20,7 @@ use glam::Vec3;
 const MOST: u32 = 16;
 /// The relative variance of a pixel for which one connection is enough; four deserve two, as cost and variance balance where the
 /// number goes with the standard deviation.
-const ENOUGH: f32 = 0.01;
+const ENOUGH: f32 = 0.003;
 /// Pixels on each side that are asked.
 const REACH: usize = 2;
 
