@@ -341,11 +341,11 @@ impl<S: Simd, P: Power> Sums<S, P> {
     #[inline(always)]
     fn total(&self) -> P {
         let mut sums = [0.0; 6];
-        for c in 0..P::COMPONENTS {
-            let (low, high) = (self.all[c] + self.run[c]).split();
+        for ((sum, all), run) in sums.iter_mut().zip(self.all).zip(self.run).take(P::COMPONENTS) {
+            let (low, high) = (all + run).split();
             let (low, high) = (low + high).split();
-            let [a, b, c_, d] = (low + high).to_array();
-            sums[c] = (a + c_) + (b + d);
+            let [a, b, c, d] = (low + high).to_array();
+            *sum = (a + c) + (b + d);
         }
         P::from_components(|c| sums[c])
     }
