@@ -1,4 +1,4 @@
-//! What the noise of a pass is made of, and where its time goes: the tables of `docs/performance.md`, as Markdown.
+//! What the noise of a pass is made of, and where its time goes: by class of light, as Markdown.
 //!
 //! `cargo run --release --example noise -- SCENE [PASSES [FIRST [SIZE]]]`: relMSE of one pass by class of light, measured as the
 //! spread of PASSES passes from pass FIRST on (radii shrink with it); seconds are wall time, medians.
@@ -6,9 +6,9 @@
 use glam::{DVec3, Vec3};
 use halflight::film::Layer;
 use halflight::gather::{Connections, Gathered, Maps, gather};
-use halflight::light::Invisible;
+use halflight::light::{Invisible, Light, Power};
 use halflight::measure::mask::{brighter_than, dilated};
-use halflight::plan::{Plan, Settings};
+use halflight::plan::{PhotonPlan, Plan, Settings};
 use halflight::scene::Scene;
 use halflight::shoot::shoot;
 use std::time::Instant;
@@ -30,16 +30,14 @@ fn main() {
     let mut seconds = [(); 3].map(|()| Vec::new());
     let mut stored = [0; 3];
     for pass in first..first + passes {
-        let begin = Instant::now();
-        let shot = shoot::<Invisible>(&plan, photons, pass);
-        seconds[0].push(begin.elapsed().as_secs_f64());
-        stored = std::array::from_fn(|class| shot.by_class[class].len());
-        let begin = Instant::now();
-        let maps = Maps::build(shot, &plan, pass);
-        seconds[1].push(begin.elapsed().as_secs_f64());
-        let begin = Instant::now();
-        let gathered: Gathered<1> = gather(&plan, &connections, &maps, pass);
-        seconds[2].push(begin.elapsed().as_secs_f64());
+        let took;
+        let gathered;
+        (gathered, took, stored) = if photons.both_halves {
+            render::<Light>(&plan, photons, &connections, pass)
+        } else {
+            render::<Invisible>(&plan, photons, &connections, pass)
+        };
+        seconds.iter_mut().zip(took).for_each(|(all, took)| all.push(took));
         for (i, pixel) in gathered.pixels.iter().enumerate() {
             let parts = pixel.parts[0];
             emitted[i] += parts.emitted;
@@ -99,4 +97,23 @@ fn main() {
         "shoot {shoot:.3} s, map {map:.3} s, gather {gather:.3} s, together {:.3} s",
         shoot + map + gather
     );
+}
+
+/// One pass, the seconds of its three stages, and the photons stored by class.
+fn render<P: Power>(
+    plan: &Plan,
+    photons: &PhotonPlan,
+    connections: &Connections,
+    pass: u32,
+) -> (Gathered<1>, [f64; 3], [usize; 3]) {
+    let begin = Instant::now();
+    let shot = shoot::<P>(plan, photons, pass);
+    let shooting = begin.elapsed().as_secs_f64();
+    let stored = std::array::from_fn(|class| shot.by_class[class].len());
+    let begin = Instant::now();
+    let maps = Maps::build(shot, plan, pass);
+    let mapping = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let gathered = gather(plan, connections, &maps, pass);
+    (gathered, [shooting, mapping, begin.elapsed().as_secs_f64()], stored)
 }

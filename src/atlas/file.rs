@@ -229,6 +229,12 @@ mod tests {
             image.layers.push((name, (0..pixels).map(value).collect()));
         }
         assert_eq!(Atlas::from_image(&image), Ok(atlas));
+        // Written when every pass was a sample.
+        image.header.entries.retain(|(name, _)| name != "atlas_groups");
+        assert_eq!(Atlas::from_image(&image).expect("older").groups, 8);
+        image.header.set("atlas_groups", -1_i64);
+        assert!(Atlas::from_image(&image).expect_err("damaged").contains("atlas_groups"));
+        image.header.set("atlas_groups", 5_u32);
         image.header.set("atlas_kappa", "nonsense");
         assert!(Atlas::from_image(&image).expect_err("damaged").contains("atlas_kappa"));
     }

@@ -235,8 +235,8 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                 plan,
                 view,
                 connections,
-                maps: &maps[0],
-                packed: &packed[0],
+                maps: &maps,
+                packed: &packed,
                 pass: 0,
                 nearby: maps.iter().map(|_| Nearby::default()).collect(),
                 by_order,
@@ -255,7 +255,7 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
                             let pass = first_pass + i as u32;
                             let seed = plan.settings.seed;
                             let rng = Rng::new(seed, Stream::Gather, pass, (y * width + x) as u64);
-                            (walk.pass, walk.maps, walk.packed) = (i, &maps[i], &packed[i]);
+                            walk.pass = i;
                             pixels[index] = walk.pixel(x as u32, y as u32, rng);
                         }
                         light.extend(walk.by_order.drain());
@@ -320,13 +320,13 @@ struct Walk<'a, P> {
     plan: &'a Plan,
     view: View,
     connections: &'a Connections,
-    maps: &'a Maps<'a, P>,
-    /// By map.
-    packed: &'a [Vec<PackedBlock>],
+    /// By pass, and so the next two.
+    maps: &'a [Maps<'a, P>],
+    /// Of each map.
+    packed: &'a [Vec<Vec<PackedBlock>>],
+    nearby: Vec<Nearby>,
     /// Which of the passes it is, from the first.
     pass: usize,
-    /// By pass.
-    nearby: Vec<Nearby>,
     by_order: ByOrder,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
@@ -410,12 +410,13 @@ impl<P: Power> Walk<'_, P> {
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let by_order = &mut self.by_order;
-            if self.maps.tiers().is_empty() {
+            let (maps, packed) = (&self.maps[self.pass], &self.packed[self.pass]);
+            if maps.tiers().is_empty() {
                 continue;
             }
-            let around = self.maps.around(&mut self.nearby[self.pass], point, footprint);
-            let disks = self.maps.disks(around, point, normal, footprint);
-            for ((tier, blocks), near) in self.maps.tiers().iter().zip(self.packed).zip(&around.photons) {
+            let around = maps.around(&mut self.nearby[self.pass], point, footprint);
+            let disks = maps.disks(around, point, normal, footprint);
+            for ((tier, blocks), near) in maps.tiers().iter().zip(packed).zip(&around.photons) {
                 let (mut value, mut length) = (Vec3::ZERO, 0_u32);
                 let disk = tier.disk(&disks);
                 let factor = f * reading.row.invisible;

@@ -1,4 +1,4 @@
-//! Density estimation: one photon map for each class of paths, with its own radius.
+//! Density estimation: a photon map for each class of paths and gather radius.
 
 use crate::light::Power;
 use crate::photon_map::{Neighbourhood, PhotonMap};
@@ -36,14 +36,11 @@ pub struct Irradiance<P> {
     pub bias: P,
 }
 
-/// Gather radii in use: those of [caustics](crate::plan::Settings::caustic_radii), of which the widest also serves inter-reflection and direct light.
-const RADII: usize = LEVELS;
-
 /// Photons of one class that are gathered with one radius.
 pub(super) struct Tier<P> {
     pub class: PathClass,
     pub map: PhotonMap<P>,
-    /// One of [`RADII`].
+    /// Which of the radii.
     level: usize,
 }
 
@@ -52,12 +49,13 @@ pub struct Maps<'a, P> {
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
-    /// Gather radii in pixel footprints.
-    radii: [f32; RADII],
+    /// Gather radii in pixel footprints, from the widest: those of [caustics](crate::plan::Settings::caustic_radii), of which the widest
+    /// also serves inter-reflection and direct light.
+    radii: [f32; LEVELS],
 }
 
 impl<'a, P: Power> Maps<'a, P> {
-    /// Builds a map of each class of photons for the radius of `pass`.
+    /// Builds the maps for the radii of `pass`.
     pub fn build(photons: Photons<P>, plan: &'a Plan, pass: u32) -> Self {
         let shrink = radius_factor(pass);
         let radii = plan.settings.caustic_radii().map(|radius| radius * shrink);
@@ -127,7 +125,7 @@ impl<'a, P: Power> Maps<'a, P> {
         for (tier, near) in self.tiers.iter().zip(&mut place.photons) {
             tier.map.neighbourhood(position, reach(tier.level), near);
         }
-        let widest = (0..RADII).map(reach).fold(0.0, f32::max);
+        let widest = (0..LEVELS).map(reach).fold(0.0, f32::max);
         self.rims.near(position, widest, &mut place.rims);
         place
     }
@@ -139,7 +137,7 @@ impl<'a, P: Power> Maps<'a, P> {
         point: &SurfacePoint,
         normal: Vec3,
         footprint: f32,
-    ) -> [Disk; RADII] {
+    ) -> [Disk; LEVELS] {
         let (radii, rims) = (self.radii.map(|radius| radius * footprint), &around.rims);
         let whole = radii.map(|radius| PI * radius * radius);
         let areas =
@@ -147,8 +145,8 @@ impl<'a, P: Power> Maps<'a, P> {
         if areas == whole {
             return std::array::from_fn(|level| Disk::new(radii[level], [whole[level], 0.25 * whole[level]]));
         }
-        let radii: [f32; RADII] = std::array::from_fn(|level| narrowed(radii[level], areas[level]));
-        let each: [f32; 2 * RADII] =
+        let radii: [f32; LEVELS] = std::array::from_fn(|level| narrowed(radii[level], areas[level]));
+        let each: [f32; 2 * LEVELS] =
             std::array::from_fn(|i| if i % 2 == 0 { radii[i / 2] } else { 0.5 * radii[i / 2] });
         let areas = self.rims.areas(rims, point.position, normal, each);
         std::array::from_fn(|level| Disk::new(radii[level], [areas[2 * level], areas[2 * level + 1]]))
@@ -172,7 +170,7 @@ impl<'a, P: Power> Maps<'a, P> {
 
 impl<P: Power> Tier<P> {
     /// Its disk among all.
-    pub fn disk<'d>(&self, disks: &'d [Disk; RADII]) -> &'d Disk {
+    pub fn disk<'d>(&self, disks: &'d [Disk; LEVELS]) -> &'d Disk {
         &disks[self.level]
     }
 

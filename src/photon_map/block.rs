@@ -15,7 +15,7 @@ const SAME: u32 = u32::MAX;
 
 /// Up to sixteen photons; their powers are kept elsewhere.
 #[repr(C, align(64))]
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Block {
     /// By axis; NaN where there is no photon.
     position: [[f32; LANES]; 3],

@@ -18,7 +18,6 @@ use std::marker::PhantomData;
 use tree::{Item, LEAF, Node, STACK};
 
 /// Photons of one class, indexed for "what is near?".
-#[derive(Clone, Debug)]
 pub struct PhotonMap<P> {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
@@ -32,17 +31,16 @@ pub struct PhotonMap<P> {
 }
 
 /// The blocks of a map about a place, in its order: found once for many questions from near there.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Neighbourhood {
     /// Boxes of blocks, eight to a row.
     rows: Vec<Node>,
-    count: usize,
 }
 
 impl Neighbourhood {
     /// True when there is nothing to be found.
     pub fn is_empty(&self) -> bool {
-        self.count == 0
+        self.rows.is_empty()
     }
 }
 
@@ -130,11 +128,11 @@ impl<P: Power> PhotonMap<P> {
     /// Finds the blocks that come within `radius` (m) of `centre`.
     pub fn neighbourhood(&self, centre: Vec3, radius: f32, near: &mut Neighbourhood) {
         near.rows.clear();
-        near.count = 0;
+        let mut count = 0;
         dispatch!(self.level, simd => {
             self.each(simd, centre.to_array(), radius * radius, |node, child| {
-                Node::append(&mut near.rows, near.count, (node, child));
-                near.count += 1;
+                Node::append(&mut near.rows, count, (node, child));
+                count += 1;
             });
         });
     }
@@ -245,11 +243,17 @@ impl<P: Power> PhotonMap<P> {
 
 /// Where blocks of photons are looked for.
 trait Boxes {
-    /// Calls `visit` with each child of a node that is a block and comes within a distance, in the order of the blocks.
-    fn each<S: Simd>(&self, simd: S, centre: [f32; 3], radius_squared: f32, visit: impl FnMut(&Node, usize));
-}
+    /// Calls `visit` with nodes whose children are blocks and a bit for each child that comes within a distance, in the order
+    /// of the blocks.
+    fn each_node<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f32; 3],
+        radius_squared: f32,
+        visit: impl FnMut(&Node, u32),
+    );
 
-impl<P> Boxes for PhotonMap<P> {
+    /// Calls `visit` with each of those children and its node.
     #[inline(always)]
     fn each<S: Simd>(
         &self,
@@ -257,6 +261,30 @@ impl<P> Boxes for PhotonMap<P> {
         centre: [f32; 3],
         radius_squared: f32,
         mut visit: impl FnMut(&Node, usize),
+    ) {
+        self.each_node(
+            simd,
+            centre,
+            radius_squared,
+            #[inline(always)]
+            |node, mut met| {
+                while met != 0 {
+                    visit(node, met.trailing_zeros() as usize % tree::WIDTH);
+                    met &= met - 1;
+                }
+            },
+        );
+    }
+}
+
+impl<P> Boxes for PhotonMap<P> {
+    #[inline(always)]
+    fn each_node<S: Simd>(
+        &self,
+        simd: S,
+        centre: [f32; 3],
+        radius_squared: f32,
+        mut visit: impl FnMut(&Node, u32),
     ) {
         if self.nodes.is_empty() {
             return;
@@ -268,18 +296,15 @@ impl<P> Boxes for PhotonMap<P> {
             let node = &self.nodes[stack[height] as usize];
             let mut met = node.near(simd, centre, radius_squared);
             if node.has_leaves() {
-                while met != 0 {
-                    visit(node, met.trailing_zeros() as usize % tree::WIDTH);
-                    met &= met - 1;
-                }
-            } else {
-                // The first is to be taken off the stack first.
-                while met != 0 {
-                    let child = met.ilog2() as usize % tree::WIDTH;
-                    met &= !(1 << child);
-                    stack[height] = node.child[child];
-                    height += 1;
-                }
+                visit(node, met);
+                continue;
+            }
+            // The first is to be taken off the stack first.
+            while met != 0 {
+                let child = met.ilog2() as usize % tree::WIDTH;
+                met &= !(1 << child);
+                stack[height] = node.child[child];
+                height += 1;
             }
         }
     }
@@ -287,19 +312,15 @@ impl<P> Boxes for PhotonMap<P> {
 
 impl Boxes for Neighbourhood {
     #[inline(always)]
-    fn each<S: Simd>(
+    fn each_node<S: Simd>(
         &self,
         simd: S,
         centre: [f32; 3],
         radius_squared: f32,
-        mut visit: impl FnMut(&Node, usize),
+        mut visit: impl FnMut(&Node, u32),
     ) {
         for row in &self.rows {
-            let mut met = row.near(simd, centre, radius_squared);
-            while met != 0 {
-                visit(row, met.trailing_zeros() as usize % tree::WIDTH);
-                met &= met - 1;
-            }
+            visit(row, row.near(simd, centre, radius_squared));
         }
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Item {
 
 /// Up to eight boxes of photons.
 #[repr(C, align(32))]
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Node {
     /// By axis, then child. Empty places are at infinity.
     min: [[f32; WIDTH]; 3],

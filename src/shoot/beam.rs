@@ -17,13 +17,13 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// From one point into directions that have density `pdf_solid_angle` (sr⁻¹, of one path) about the unit vector
+    /// From one point into directions that have density `pdf_solid_angle` (sr⁻¹) about the unit vector
     /// `direction`.
     pub fn from_point(direction: Vec3, pdf_solid_angle: f32) -> Self {
         Self { place: [Vec3::ZERO; 2], direction: across(direction, pdf_solid_angle) }
     }
 
-    /// Parallel, with density `pdf_area` (m⁻², of one path) on a plane that faces the unit vector `direction`.
+    /// Parallel, with density `pdf_area` (m⁻²) on a plane that faces the unit vector `direction`.
     pub fn parallel(direction: Vec3, pdf_area: f32) -> Self {
         Self { place: across(direction, pdf_area), direction: [Vec3::ZERO; 2] }
     }

@@ -21,7 +21,7 @@ pub struct Emitted<P> {
     pub power: P,
     /// Factor on `power` at distance r along the first line.
     pub falloff: Falloff,
-    /// Where those go that start a little differently.
+    /// Where those go that start a little differently, as if its luminaire and the side it leaves were no choice.
     pub beam: Beam,
 }
 
