@@ -88,52 +88,73 @@ function errorsOf() {
 // ---- drawing ----
 const VERTEX = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
-// What a pixel has, sixteen bits each: its exponent, then red, green and blue of every component. Eight of them are one texel of four
-// 32-bit integers: a fetch costs more than taking it apart.
-const TEXELS = Math.ceil((1 + 3 * count) / 8);
-const SUM = Array.from({ length: 8 * TEXELS }, (_, v) => {
-  const value = `${v % 2 ? "high" : "low"}.${"xyzw"[(v % 8) >> 1]}`;
-  const fetch = v % 8 ? "" : `t = texelFetch(packed, ivec3(p, ${v / 8}), 0); low = vec4((t << 16) >> 16); high = vec4(t >> 16);`;
-  if (v === 0) return `${fetch} float exponent = ${value};`;
-  if (v > 3 * count) return "";
-  return `${fetch} sum.${"rgb"[(v - 1) % 3]} += c[${Math.floor((v - 1) / 3)}] * ${value};`;
-}).join("\n  ");
-const FRAGMENT = `#version 300 es
+// Where the numbers of a pixel stand in 32-bit integers, four to a texel: its exponent, and red, green and blue of every component in as
+// many bits as the largest of them needs. A fetch costs more than taking its integers apart. Widest first, each into the first
+// integer with room.
+function fieldsOf(components) {
+  const bits = components.map((all) => 1 + Math.ceil(Math.log2(1 + all.reduce((most, x) => Math.max(most, Math.abs(x)), 0))));
+  const fields = bits.flatMap((bits, q) => [0, 1, 2].map((channel) => ({ q, channel, bits })));
+  fields.push({ q: -1, channel: 0, bits: 8 });
+  const used = [];
+  for (const field of fields.sort((a, b) => b.bits - a.bits)) {
+    const found = used.findIndex((word) => word + field.bits <= 32);
+    field.word = found < 0 ? used.length : found;
+    field.shift = used[field.word] ?? 0;
+    used[field.word] = field.shift + field.bits;
+  }
+  return fields;
+}
+
+function fragment(fields, texels) {
+  const number = ({ word, shift, bits }) => {
+    const t = `t${word >> 2}.${"xyzw"[word & 3]}`;
+    return shift + bits < 32 ? `((${t} << ${32 - shift - bits}) >> ${32 - bits})` : `(${t} >> ${shift})`;
+  };
+  const fetch = (k) => `ivec4 t${k} = texelFetch(packed, ivec3(gl_FragCoord.xy, ${k}), 0);`;
+  const term = (field) => `sum.${"rgb"[field.channel]} += c[${field.q}] * float(${number(field)});`;
+  return `#version 300 es
 precision highp float;
 precision highp int;
 precision highp isampler2DArray;
 uniform isampler2DArray packed;
 uniform float c[${count}];
 uniform float gain;
-uniform int height;
 out vec4 colour;
 void main() {
-  ivec2 p = ivec2(gl_FragCoord.x, float(height) - gl_FragCoord.y);
+  ${Array.from({ length: texels }, (_, k) => fetch(k)).join("\n  ")}
   vec3 sum = vec3(0.0);
-  ivec4 t;
-  vec4 low, high;
-  ${SUM}
-  vec3 x = clamp(gain * exp2(exponent) * sum, 0.0, 1.0);
-  colour = vec4(mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x)), 1.0);
+  ${fields.filter((field) => field.q >= 0).map(term).join("\n  ")}
+  float unit = intBitsToFloat((${number(fields.find((field) => field.q < 0))} + 127) << 23); // two to the exponent
+  vec3 x = clamp(gain * unit * sum, 0.0, 1.0);
+  // 1.055 x^(1/2.4) - 0.055 within a hundredth of a step of eight bits, without powers.
+  vec3 v = sqrt(sqrt(x));
+  vec3 bright = -0.06461153 + v * (0.19613581 + v * (1.12268172 + v * (-0.33550162 + v * 0.08132998)));
+  colour = vec4(mix(12.92 * x, bright, step(0.0031308, x)), 1.0);
 }`;
+}
 
-// Layer k of the packed texture.
-function packedLayer(components, exponents, k) {
-  const out = new Int16Array(8 * width * height);
-  for (let j = 0; j < 8 && 8 * k + j <= 3 * count; j++) {
-    const v = 8 * k + j - 1;
-    const [from, stride, first] = v < 0 ? [exponents, 1, 0] : [components[Math.floor(v / 3)], 3, v % 3];
-    for (let i = 0, n = width * height; i < n; i++) out[8 * i + j] = from[stride * i + first];
+// Layer k of the packed texture, the lowest row first.
+function packedLayer(components, exponents, fields, k) {
+  const out = new Int32Array(4 * width * height);
+  for (const { q, channel, bits, word, shift } of fields.filter((field) => field.word >> 2 === k)) {
+    const [from, stride, first] = q < 0 ? [exponents, 1, 0] : [components[q], 3, channel];
+    const mask = 2 ** bits - 1;
+    for (let y = 0, i = 0; y < height; y++) {
+      const row = 4 * (height - 1 - y) * width + (word & 3);
+      for (let x = 0; x < width; x++, i++) out[row + 4 * x] |= (from[stride * i + first] & mask) << shift;
+    }
   }
-  return new Int32Array(out.buffer);
+  return out;
 }
 
 // Draws with WebGL; null where there is none.
 function webgl(canvas, components, exponents) {
-  const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true });
+  const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, depth: false, preserveDrawingBuffer: true });
   if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < Math.max(width, height)) return null;
+  const fields = fieldsOf(components);
+  const texels = Math.ceil((1 + Math.max(...fields.map((field) => field.word))) / 4);
   const program = gl.createProgram();
-  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+  for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment(fields, texels)]]) {
     const shader = gl.createShader(kind);
     gl.shaderSource(shader, source);
     gl.compileShader(shader);
@@ -144,14 +165,13 @@ function webgl(canvas, components, exponents) {
   gl.useProgram(program);
   gl.bindTexture(gl.TEXTURE_2D_ARRAY, gl.createTexture());
   for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D_ARRAY, filter, gl.NEAREST);
-  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA32I, width, height, TEXELS);
-  for (let k = 0; k < TEXELS; k++) {
-    const layer = packedLayer(components, exponents, k);
+  gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA32I, width, height, texels);
+  for (let k = 0; k < texels; k++) {
+    const layer = packedLayer(components, exponents, fields, k);
     gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, k, width, height, 1, gl.RGBA_INTEGER, gl.INT, layer);
   }
   const uniform = (name) => gl.getUniformLocation(program, name);
   gl.uniform1i(uniform("packed"), 0);
-  gl.uniform1i(uniform("height"), height);
   const [c, gain] = [uniform("c"), uniform("gain")];
   gl.viewport(0, 0, width, height);
   if (gl.getError() !== gl.NO_ERROR) return null;
@@ -257,14 +277,13 @@ function start() {
     `error bars are those of cells of ${data.cell} × ${data.cell} pixels. Made by halflight.`;
 
   const square = byId("square");
-  const context = square.getContext("2d");
   // The point runs over the whole square, the small pictures over their centres.
   const places = (side) => {
     const [inset, span] = [side / (2 * CELLS), side * (CELLS - 1) / CELLS];
     return [(s) => inset + span * s, (t) => inset + span * (1 - t)];
   };
   // What does not move is drawn once for each size and exposure.
-  const ground = document.createElement("canvas");
+  const ground = byId("ground");
   let groundExposure = NaN;
   const drawGround = (side) => {
     [ground.width, ground.height] = [side, side];
@@ -311,24 +330,8 @@ function start() {
       drawGround(side);
       groundExposure = state.exposure;
     }
-    if (square.width !== side) [square.width, square.height] = [side, side];
-    const unit = side / 320;
-    const [px, py] = places(side);
-    context.clearRect(0, 0, side, side); // the ground is not everywhere opaque
-    context.drawImage(ground, 0, 0);
-    const [x, y] = [px(state.s), py(state.t)];
-    context.lineWidth = 1 * unit;
-    context.strokeStyle = "#ffb45488";
-    context.beginPath();
-    context.moveTo(x, 0); context.lineTo(x, side); context.moveTo(0, y); context.lineTo(side, y);
-    context.stroke();
-    for (const [radius, colour, wide] of [[9, "#000", 4], [9, "#ffb454", 2.5]]) {
-      context.beginPath();
-      context.arc(x, y, radius * unit, 0, 2 * Math.PI);
-      context.strokeStyle = colour;
-      context.lineWidth = wide * unit;
-      context.stroke();
-    }
+    const [px, py] = places(square.clientWidth);
+    byId("point").style.transform = `translate(${px(state.s)}px, ${py(state.t)}px)`;
   };
 
   const probe = () => {
