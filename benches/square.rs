@@ -1,6 +1,10 @@
 //! Frames a second of the page of `halflight view` while it walks by itself, at 512×512, in Chromium without a GPU (Mesa's
 //! llvmpipe): `cargo bench --bench square`. Three turns, each with the picture drawn and without, which is the browser's own most.
 
+#[path = "../tests/cli/browser.rs"]
+mod browser;
+
+use browser::chromium;
 use halflight::film::Layer;
 use halflight::plan::Settings;
 use halflight::render::Render;
@@ -8,7 +12,7 @@ use halflight::report::square_page;
 use halflight::scene::Scene;
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -31,9 +35,7 @@ addEventListener("load", () => setTimeout(() => {
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn main() {
-    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
-    let usual = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].map(PathBuf::from);
-    let Some(browser) = named.into_iter().chain(usual).find(|path| path.exists()) else {
+    let Some(browser) = chromium() else {
         println!("SKIPPED: no Chromium here; install it (apt-get install chromium) or set CHROMIUM");
         return;
     };
@@ -74,21 +76,22 @@ fn frames(browser: &Path, page: &str) -> String {
         .spawn()
         .expect("it starts");
     let begin = Instant::now();
-    let counted = loop {
+    let mut counted = String::from("no answer");
+    while begin.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(100));
-        match server.accept() {
-            Ok((mut stream, _)) => {
-                stream.set_nonblocking(false).expect("it can");
-                let mut request = [0; 256];
-                let length = stream.read(&mut request).unwrap_or(0);
-                stream.write_all(b"HTTP/1.1 204 No Content\r\n\r\n").ok();
-                let line = String::from_utf8_lossy(&request[..length]).replace("%20", " ");
-                break line.lines().next().unwrap_or("").replace("GET /", "").replace(" HTTP/1.1", "");
-            }
-            Err(_) if begin.elapsed() > PATIENCE => break "no answer".into(),
-            Err(_) => {}
+        let Ok((mut stream, _)) = server.accept() else { continue };
+        stream.set_nonblocking(false).expect("it can");
+        stream.set_read_timeout(Some(Duration::from_secs(1))).expect("it can");
+        let mut request = [0; 256];
+        let length = stream.read(&mut request).unwrap_or(0);
+        let request = String::from_utf8_lossy(&request[..length]).replace("%20", " ");
+        // A browser may also connect and ask for nothing.
+        if let Some((found, _)) = request.strip_prefix("GET /").and_then(|asked| asked.split_once(" HTTP")) {
+            counted = found.into();
+            stream.write_all(b"HTTP/1.1 204 No Content\r\n\r\n").ok();
+            break;
         }
-    };
+    }
     running.kill().ok();
     running.wait().ok();
     counted

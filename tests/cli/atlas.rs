@@ -1,6 +1,7 @@
 //! The atlas from the command line: `render --atlas`, `mix`, and the page of `view` in a real browser.
 
-use crate::page::{chromium, open};
+use crate::browser::chromium;
+use crate::page::open;
 use crate::{halflight, said};
 use halflight::film::{Image, read_exr, srgb_encode};
 use std::path::Path;
@@ -97,6 +98,7 @@ fn the_page_shows_what_mix_makes() {
             rest.split('"').next().unwrap_or("")
         };
         assert_eq!((fact("ready"), fact("errors"), fact("exists")), ("1", "0", "1"), "{facts}");
+        assert_eq!(fact("drawer"), "webgl2", "{facts}");
         done(folder, &format!("mix atlas.exr --at {s},{t} -o {i}.exr"));
         let mixed = picture(folder, &format!("{i}.exr"));
         let pixel = y * 64 + x;

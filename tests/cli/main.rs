@@ -1,6 +1,7 @@
 //! The program as a user meets it: messages, exit codes, files.
 
 mod atlas;
+mod browser;
 mod compare;
 mod page;
 mod render;

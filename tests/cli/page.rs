@@ -1,16 +1,9 @@
 //! The page in a real browser.
 
+use crate::browser::chromium;
 use crate::support::{small_comparison, text};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-
-/// Chromium, by its usual names; `CHROMIUM` names another.
-pub fn chromium() -> Option<PathBuf> {
-    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
-    let usual =
-        ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].map(PathBuf::from);
-    named.into_iter().chain(usual).find(|path| path.exists())
-}
 
 /// Opens the page (`at`: what follows its address) in a window of its own profile, and returns what the browser printed.
 pub fn open(browser: &Path, page: &Path, at: &str, dark: bool, more: &[&str]) -> String {

@@ -325,12 +325,13 @@ function start() {
     }
   };
   const drawSquare = () => {
-    const side = Math.round((square.clientWidth || 320) * devicePixelRatio);
+    const wide = square.clientWidth || 320;
+    const side = Math.round(wide * devicePixelRatio);
     if (ground.width !== side || groundExposure !== state.exposure) {
       drawGround(side);
       groundExposure = state.exposure;
     }
-    const [px, py] = places(square.clientWidth);
+    const [px, py] = places(wide);
     byId("point").style.transform = `translate(${px(state.s)}px, ${py(state.t)}px)`;
   };
 
