@@ -7,7 +7,6 @@ use crate::rays::Ray;
 use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
 use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
-use std::f64::consts::PI;
 use std::ops::Add;
 
 /// Light that arrives at a camera hit along one connection.
@@ -182,7 +181,7 @@ enum Density {
     Area,
 }
 
-/// Below this solid angle (sr) rounding in f64 spoils the angles' excess.
+/// Below this solid angle (sr) rounding in f64 spoils directions.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 
 /// Where a triangle's area is below this share of the square of its distance, area is sampled: what is integrated is then so
@@ -203,10 +202,10 @@ fn sample_triangle(
         && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
     {
         let [b1, b2] = barycentrics(corners, direction)?;
-        return Some((scene.mesh.point(triangle, b1, b2, false), Density::SolidAngle(sr as f32)));
+        return Some((scene.mesh.flat_point(triangle, b1, b2), Density::SolidAngle(sr as f32)));
     }
     let [b1, b2] = crate::sampling::warp::triangle(u);
-    Some((scene.mesh.point(triangle, b1, b2, false), Density::Area))
+    Some((scene.mesh.flat_point(triangle, b1, b2), Density::Area))
 }
 
 /// A direction uniform over the solid angle of the triangle `corners` (relative to the eye), and that angle in sr.
@@ -214,17 +213,20 @@ fn sample_triangle(
 /// the triangle's plane.
 fn sample_spherical_triangle(corners: [DVec3; 3], u: [f32; 2]) -> Option<(DVec3, f64)> {
     let [a, b, c] = corners.map(DVec3::normalize);
-    let (ab, bc, ca) = (a.cross(b).normalize(), b.cross(c).normalize(), c.cross(a).normalize());
-    let angle = |x: DVec3, y: DVec3| (-x.dot(y)).clamp(-1.0, 1.0).acos();
-    let (alpha, beta, gamma) = (angle(ab, ca), angle(bc, ab), angle(ca, bc));
-    let sr = alpha + beta + gamma - PI;
-    // NaN where the eye lies in a corner's line.
+    // A. Van Oosterom & J. Strackee 1983, "The solid angle of a plane triangle".
+    let six_volumes = a.dot(b.cross(c)).abs();
+    let sr = 2.0 * six_volumes.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
     if sr.is_nan() || sr <= SMALLEST_SOLID_ANGLE {
         return None;
     }
+    // The angle alpha at a.
+    let (ab, ca) = (a.cross(b), c.cross(a));
+    let scale = 1.0 / (ab.length_squared() * ca.length_squared()).sqrt();
+    let (sin_alpha, cos_alpha) = (six_volumes * scale, -ab.dot(ca) * scale);
     let (u0, u1) = (f64::from(u[0]), f64::from(u[1]));
-    let (s, t) = (u0 * sr - alpha).sin_cos();
-    let (sin_alpha, cos_alpha) = alpha.sin_cos();
+    // Sine and cosine of u0 sr − alpha.
+    let (sin, cos) = (u0 * sr).sin_cos();
+    let (s, t) = (sin * cos_alpha - cos * sin_alpha, cos * cos_alpha + sin * sin_alpha);
     let (p, q) = (t - cos_alpha, s + sin_alpha * a.dot(b));
     let cos_side = ((q * t - p * s) * cos_alpha - q) / ((q * s + p * t) * sin_alpha);
     let cos_side = if cos_side.is_finite() { cos_side.clamp(-1.0, 1.0) } else { 1.0 };
@@ -251,4 +253,58 @@ fn barycentrics([a, b, c]: [DVec3; 3], direction: DVec3) -> Option<[f32; 2]> {
     }
     let b1 = b1.clamp(0.0, 1.0);
     Some([b1 as f32, b2.clamp(0.0, 1.0 - b1) as f32])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn directions_are_uniform_over_the_solid_angle() {
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        let octant = [x, 3.0 * y, 0.5 * z];
+        let (_, sr) = sample_spherical_triangle(octant, [0.3, 0.6]).expect("seen");
+        assert!((sr - FRAC_PI_2).abs() < 1e-14, "{sr}");
+        // A lamp, one that is small and far, one seen edge-on, one behind and around the eye.
+        let triangles = [
+            octant,
+            [DVec3::new(-0.2, -0.3, 1.5), DVec3::new(0.3, -0.3, 1.5), DVec3::new(0.3, 0.3, 1.4)],
+            [DVec3::new(0.0, 9.0, 1.0), DVec3::new(0.1, 9.0, 1.0), DVec3::new(0.1, 9.1, 1.0)],
+            [DVec3::new(-1.0, 0.01, 1.0), DVec3::new(1.0, 0.02, 1.0), DVec3::new(0.5, 0.015, 4.0)],
+            [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.2, -0.9, 0.1), DVec3::new(0.1, 1.5, 0.2)],
+        ];
+        let strata = 256;
+        for corners in triangles {
+            let [a, b, c] = corners.map(DVec3::normalize);
+            let (mut sum, mut all) = (DVec3::ZERO, 0.0);
+            for i in 0..strata * strata {
+                let u = [i % strata, i / strata].map(|i| (i as f32 + 0.5) / strata as f32);
+                let (direction, sr) = sample_spherical_triangle(corners, u).expect("seen");
+                assert!((direction.length() - 1.0).abs() < 1e-9);
+                let inside = [(a, b), (b, c), (c, a)].map(|(p, q)| direction.dot(p.cross(q).normalize()));
+                let side = a.dot(b.cross(c)).signum();
+                assert!(inside.iter().all(|inside| inside * side > -1e-6), "{direction}: {inside:?}");
+                sum += sr * direction;
+                all = sr;
+            }
+            let mean = sum / f64::from(strata * strata);
+            // The integral of the direction over the solid angle, by its edges.
+            let edge = |p: DVec3, q: DVec3| 0.5 * p.angle_between(q) * p.cross(q).normalize();
+            let exact = (edge(a, b) + edge(b, c) + edge(c, a)) * a.dot(b.cross(c)).signum();
+            let off = (mean - exact).length() / exact.length();
+            assert!(off < 2e-3, "{mean} for {exact}, over {all} sr");
+            assert!((1.02 * mean - exact).length() > 2e-3 * exact.length(), "2 % would be seen");
+        }
+    }
+
+    #[test]
+    fn triangles_that_are_hardly_seen_have_no_solid_angle_to_sample() {
+        let far = [DVec3::new(0.0, 0.0, 1e4), DVec3::new(1.0, 0.0, 1e4), DVec3::new(0.0, 1.0, 1e4)];
+        let edge_on = [DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 0.5, 0.0)];
+        let at_a_corner = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        for corners in [far, edge_on, at_a_corner] {
+            assert_eq!(sample_spherical_triangle(corners, [0.4, 0.7]), None, "{corners:?}");
+        }
+    }
 }
