@@ -92,7 +92,7 @@ impl Kiddo {
     fn new(photons: &[Photon<Invisible>]) -> Self {
         let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 1.0);
         // In the order of our own tree, which is as near in memory as a Morton curve.
-        let near = PhotonMap::build(photons.to_vec()).into_photons();
+        let near = PhotonMap::build(photons.to_vec()).photons().to_vec();
         let turned: Vec<[f32; 3]> = near.iter().map(|photon| (turn * photon.position).to_array()).collect();
         let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&turned).expect("finite positions");
         Self { tree, turn, photons: near }

@@ -6,7 +6,7 @@
 //! about a tenth.
 
 use super::frontier::Frontier;
-use super::nodes::Nodes;
+use super::nodes::{self, Colours, Nodes};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use glam::DVec3;
@@ -39,21 +39,18 @@ fn cell(x: f64) -> (usize, f64) {
     (i, ((x - GRID[i]) / (GRID[i + 1] - GRID[i])).clamp(0.0, 1.0))
 }
 
-/// Mean and sum of squared deviations at every point, one group of passes after another (Welford).
+/// Sums of squared deviations at every point, one group of passes after another (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourSpread {
-    mean: [DVec3; POINTS],
     spread: [DVec3; POINTS],
 }
 
 impl ColourSpread {
-    /// Adds the average colours of `passes` after `before` others.
-    pub fn add(&mut self, colours: &[DVec3; POINTS], before: u32, passes: u32) {
+    /// Adds `passes` after `before` others; `away`: how far their average colours are from those of the others.
+    pub fn add(&mut self, away: &[DVec3; POINTS], before: u32, passes: u32) {
         let (n, k) = (f64::from(before), f64::from(passes));
-        for (i, colour) in colours.iter().enumerate() {
-            let away = *colour - self.mean[i];
-            self.mean[i] += away * (k / (n + k));
-            self.spread[i] += away * away * (n * k / (n + k));
+        for (spread, away) in self.spread.iter_mut().zip(away) {
+            *spread += *away * *away * (n * k / (n + k));
         }
     }
 
@@ -64,65 +61,52 @@ impl ColourSpread {
     }
 }
 
-/// Numbers of a picture at every point of the grid; see [`place`].
-pub const RECORD: usize = 3 * POINTS;
-/// The same of all points with one share of s.
-const COLUMN: usize = 3 * GRID.len();
-/// What vector units add at once: a number for each t, and zeros.
-const VECTOR: usize = 8;
-
-/// Where a channel at a point is among [`RECORD`] numbers.
-pub fn place(point: usize, channel: usize) -> usize {
-    point % GRID.len() * COLUMN + channel * GRID.len() + point / GRID.len()
-}
-
 /// What sums by stored powers make at every point of the grid: sⁿ tᵐ of each.
 pub struct AtGrid {
     /// tᵐ of every t, by node of m.
-    t_powers: Vec<[f32; VECTOR]>,
-    /// sⁿ of every t, by node of n and share of s.
-    s_powers: Vec<[[f32; VECTOR]; GRID.len()]>,
+    t_powers: Vec<[f32; GRID.len()]>,
+    /// sⁿ of every point, by node of n.
+    s_powers: Vec<[f32; POINTS]>,
 }
 
 impl AtGrid {
     /// For these powers, where images exist up to the frontier.
     pub fn new(n: &Nodes, m: &Nodes, frontier: &Frontier) -> Self {
-        let at_each_t = |value: &dyn Fn(usize) -> f64| -> [f32; VECTOR] {
-            std::array::from_fn(|i| if i < GRID.len() { value(i) as f32 } else { 0.0 })
+        let t_powers = |m: &u8| GRID.map(|t| t.powi((*m).into()) as f32);
+        let s_powers = |n: &u8| {
+            std::array::from_fn(|at| {
+                point(frontier, at / GRID.len(), at % GRID.len()).0.powi((*n).into()) as f32
+            })
         };
-        let t_powers = m.powers().iter().map(|m| at_each_t(&|i| GRID[i].powi((*m).into()))).collect();
-        let s_power = |n: u8, j: usize| at_each_t(&|i| point(frontier, i, j).0.powi(n.into()));
-        let s_powers = n.powers().iter().map(|n| std::array::from_fn(|j| s_power(*n, j))).collect();
-        Self { t_powers, s_powers }
+        Self {
+            t_powers: m.powers().iter().map(t_powers).collect(),
+            s_powers: n.powers().iter().map(s_powers).collect(),
+        }
     }
 
-    /// `sums`: RGB by nodes of n, then m.
+    /// The picture at every point; `sums` by node of n, then m.
     #[inline(always)]
-    pub fn of<S: Simd>(&self, simd: S, sums: &[f32]) -> [f32; RECORD] {
-        let zero = [f32x8::simd_from(simd, 0.0); 3];
-        let mut values = [zero; GRID.len()];
-        let across = 3 * self.t_powers.len();
-        for (sums, s_powers) in sums.chunks_exact(across).zip(&self.s_powers) {
-            let mut by_t = zero;
-            for (rgb, powers) in sums.as_chunks::<3>().0.iter().zip(&self.t_powers) {
-                let powers = f32x8::load_array_ref(simd, powers);
-                for (by_t, x) in by_t.iter_mut().zip(rgb) {
-                    *by_t += powers * *x;
+    pub fn of<S: Simd>(&self, simd: S, sums: &[Colours]) -> [Colours; POINTS] {
+        let mut values = [Colours::default(); POINTS];
+        for (sums, s_powers) in sums.chunks_exact(self.t_powers.len()).zip(&self.s_powers) {
+            for (i, (values, s_powers)) in
+                values.as_chunks_mut::<{ GRID.len() }>().0.iter_mut().zip(s_powers.as_chunks().0).enumerate()
+            {
+                let mut by_t = [f32x8::simd_from(simd, 0.0); 3];
+                for (sum, t_powers) in sums.iter().zip(&self.t_powers) {
+                    if t_powers[i] != 0.0 {
+                        nodes::add(simd, &mut by_t, sum, t_powers[i]);
+                    }
                 }
-            }
-            for (values, powers) in values.iter_mut().zip(s_powers) {
-                let powers = f32x8::load_array_ref(simd, powers);
-                for (value, by_t) in values.iter_mut().zip(by_t) {
-                    *value += powers * by_t;
+                let s_powers: &[f32; GRID.len()] = s_powers;
+                for (value, s_power) in values.iter_mut().zip(s_powers).filter(|(_, power)| **power != 0.0) {
+                    for (value, by_t) in value.iter_mut().zip(by_t) {
+                        (f32x8::load_array_ref(simd, value) + by_t * *s_power).store_array(value);
+                    }
                 }
             }
         }
-        let mut all = [0.0; RECORD];
-        for (all, value) in all.as_chunks_mut::<{ GRID.len() }>().0.iter_mut().zip(values.as_flattened()) {
-            let value = value.to_array();
-            *all = std::array::from_fn(|i| value[i]);
-        }
-        all
+        values
     }
 }
 
@@ -130,6 +114,7 @@ impl AtGrid {
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
+    use crate::gather::ABREAST;
     use crate::sampling::{Rng, Stream};
     use fearless_simd::{Level, dispatch};
 
@@ -164,17 +149,21 @@ mod tests {
         ])
         .expect("rising");
         let (n, m) = (Nodes::up_to(9), Nodes::up_to(2));
-        let sums: Vec<f32> = (0..3 * n.len() * m.len()).map(|i| 1.0 + (i * 7 % 11) as f32).collect();
+        let mut sums = vec![Colours::default(); n.len() * m.len()];
+        for (i, x) in sums.as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
+            *x = 1.0 + (i * 7 % 11) as f32;
+        }
         let at_grid = AtGrid::new(&n, &m, &frontier);
         let found = dispatch!(Level::new(), simd => at_grid.of(simd, &sums));
         for at in 0..POINTS {
             let (s, t) = point(&frontier, at / GRID.len(), at % GRID.len());
             let (across, along) = (n.weights(s), m.weights(t));
-            for channel in 0..3 {
+            for (channel, pixel) in (0..3).flat_map(|channel| (0..ABREAST).map(move |pixel| (channel, pixel)))
+            {
                 let weights = across.iter().flat_map(|a| along.iter().map(move |b| a * b));
-                let terms = weights.zip(sums.chunks(3)).map(|(w, rgb)| w * f64::from(rgb[channel]));
+                let terms = weights.zip(&sums).map(|(w, sum)| w * f64::from(sum[channel][pixel]));
                 let truth: f64 = terms.sum();
-                let found = f64::from(found[place(at, channel)]);
+                let found = f64::from(found[at][channel][pixel]);
                 assert!((found / truth - 1.0).abs() < 1e-5, "{s} {t}: {found} for {truth}");
             }
         }
@@ -185,7 +174,8 @@ mod tests {
         let passes = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0_f32];
         let mut colour = ColourSpread::default();
         for (before, x) in passes.iter().enumerate() {
-            colour.add(&[DVec3::splat(f64::from(*x)); POINTS], before as u32, 1);
+            let mean = passes[..before].iter().sum::<f32>() / before.max(1) as f32;
+            colour.add(&[DVec3::splat(f64::from(*x - mean)); POINTS], before as u32, 1);
         }
         let mean = passes.iter().sum::<f32>() / 6.0;
         let spread = passes.iter().map(|x| (x - mean) * (x - mean)).sum::<f32>();
@@ -201,11 +191,12 @@ mod tests {
         let mut sum = 0.0;
         for _ in 0..runs {
             let mut colour = ColourSpread::default();
-            let mut before = 0;
+            let (mut before, mut all) = (0, 0.0);
             for k in groups {
-                let mean = (0..k).map(|_| f64::from(rng.f32())).sum::<f64>() / f64::from(k);
-                colour.add(&[DVec3::splat(mean); POINTS], before, k);
-                before += k;
+                let these = (0..k).map(|_| f64::from(rng.f32())).sum::<f64>();
+                let away = these / f64::from(k) - all / f64::from(before.max(1));
+                colour.add(&[DVec3::splat(away); POINTS], before, k);
+                (before, all) = (before + k, all + these);
             }
             sum += colour.errors(passes, groups.len() as u32)[3].x.powi(2);
         }

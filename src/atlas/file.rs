@@ -9,7 +9,7 @@ use super::frontier::{Frontier, Sample};
 use super::nodes::Nodes;
 use super::{Atlas, AtlasErrors};
 use crate::error::{Error, Result};
-use crate::film::{Header, Image, Value, WrittenLayer};
+use crate::film::{Header, Image, Line, Value, WrittenLayer, line_of};
 use glam::{DVec3, Vec3};
 use std::fmt::Write;
 use std::path::Path;
@@ -22,14 +22,22 @@ const ERROR_BITS: u32 = 5;
 impl Atlas {
     /// Its layers, as they are written.
     pub fn layers(&self) -> Vec<WrittenLayer<'_>> {
-        let light =
-            self.planes.iter().enumerate().filter(|(_, plane)| !plane.is_empty()).map(|(bin, plane)| {
-                let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
-                written(format!("atlas.{n}.{m}"), plane, LIGHT_BITS)
-            });
-        let errors = self.errors.iter().flat_map(|errors| errors.planes.iter().enumerate());
-        let errors = errors.map(|(point, plane)| {
-            written(format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len()), plane, ERROR_BITS)
+        let planes = self.planes.iter().map(|plane| Plane::of(plane));
+        self.named(planes, self.errors.iter().flat_map(|errors| &errors.planes).map(|plane| Plane::of(plane)))
+    }
+
+    /// Layers from what stands in [`planes`](Self::planes) and in [`AtlasErrors::planes`].
+    pub(super) fn named<'a>(
+        &self,
+        planes: impl Iterator<Item = Plane<'a>>,
+        errors: impl Iterator<Item = Plane<'a>>,
+    ) -> Vec<WrittenLayer<'a>> {
+        let light = planes.enumerate().filter(|(_, plane)| plane.most > 0.0).map(|(bin, plane)| {
+            let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
+            plane.written(format!("atlas.{n}.{m}"), LIGHT_BITS)
+        });
+        let errors = errors.enumerate().map(|(point, plane)| {
+            plane.written(format!("atlas_error.{}.{}", point / GRID.len(), point % GRID.len()), ERROR_BITS)
         });
         light.chain(errors).collect()
     }
@@ -149,25 +157,44 @@ fn rows(text: &str) -> Option<Vec<[f64; 3]>> {
     text.split_terminator(';').map(row).collect()
 }
 
-/// A plane with rounded mantissas.
-fn written(name: String, plane: &[Vec3], bits: u32) -> WrittenLayer<'_> {
-    let value = move |pixel: usize| plane[pixel].map(|x| round_mantissa(x, bits));
-    WrittenLayer { name, half: suits_half(plane), value: Box::new(value) }
+/// A picture to be written.
+pub(super) struct Plane<'a> {
+    /// The mean of its magnitudes.
+    pub mean: f64,
+    /// The largest.
+    pub most: f32,
+    pub line: Line<'a>,
+}
+
+impl<'a> Plane<'a> {
+    fn of(values: &'a [Vec3]) -> Self {
+        let (sum, most) = values.iter().fold((0.0, 0.0_f32), |(sum, most), value| {
+            let value = value.abs();
+            (sum + f64::from(value.element_sum()), most.max(value.max_element()))
+        });
+        Self { mean: sum / (3.0 * values.len().max(1) as f64), most, line: line_of(values) }
+    }
+
+    /// With rounded mantissas.
+    fn written(self, name: String, bits: u32) -> WrittenLayer<'a> {
+        let half = self.suits_half();
+        let line: Line<'a> = Box::new(move |y, axis, line| {
+            (self.line)(y, axis, line);
+            line.iter_mut().for_each(|x| *x = round_mantissa(*x, bits));
+        });
+        WrittenLayer { name, half, line }
+    }
+
+    /// True where the exponents of halves reach: what they round off beyond the mantissas is below 2⁻¹¹ of the plane's mean.
+    fn suits_half(&self) -> bool {
+        self.most <= LARGEST_HALF && self.mean >= f64::from(SMALLEST_HALF)
+    }
 }
 
 /// The smallest normal half.
 const SMALLEST_HALF: f32 = 6.103_515_6e-5;
 /// The largest.
 const LARGEST_HALF: f32 = 65_504.0;
-
-/// True where the exponents of halves reach: what they round off beyond the mantissas is below 2⁻¹¹ of the plane's mean.
-fn suits_half(plane: &[Vec3]) -> bool {
-    let (mean, most) = plane.iter().fold((0.0_f64, 0.0_f32), |(sum, most), value| {
-        let value = value.abs();
-        (sum + f64::from(value.element_sum()), most.max(value.max_element()))
-    });
-    most <= LARGEST_HALF && mean >= f64::from(SMALLEST_HALF) * 3.0 * plane.len() as f64
-}
 
 /// To nearest, with so many bits behind the leading one. Finite numbers only.
 fn round_mantissa(x: f32, bits: u32) -> f32 {
@@ -194,7 +221,7 @@ mod tests {
         let plane = |x: f32| vec![Vec3::splat(x); 5];
         for (x, suits) in [(1.0, true), (7e-5, true), (5e-5, false), (6e4, true), (7e4, false), (0.0, false)]
         {
-            assert_eq!(suits_half(&plane(x)), suits, "{x}");
+            assert_eq!(Plane::of(&plane(x)).suits_half(), suits, "{x}");
         }
     }
 
@@ -225,8 +252,13 @@ mod tests {
         let header = Header::new().with("passes", 8_u32);
         let mut image = Image { width: 3, height: 2, layers: Vec::new(), header };
         atlas.describe_in(&mut image.header);
-        for WrittenLayer { name, value, .. } in atlas.layers() {
-            image.layers.push((name, (0..pixels).map(value).collect()));
+        for WrittenLayer { name, line, .. } in atlas.layers() {
+            let mut axes = [[0.0; 6]; 3];
+            for (axis, rows) in axes.iter_mut().enumerate() {
+                rows.chunks_mut(3).enumerate().for_each(|(y, row)| line(y, axis, row));
+            }
+            let [x, y, z] = axes;
+            image.layers.push((name, (0..pixels).map(|i| Vec3::new(x[i], y[i], z[i])).collect()));
         }
         assert_eq!(Atlas::from_image(&image), Ok(atlas));
         // Written when every pass was a sample.

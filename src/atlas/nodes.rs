@@ -10,9 +10,10 @@
 //! of sⁿ at s counts by what tᵐ can be at most of such a picture, and an error of tᵐ at t by what sⁿ can be.
 
 use super::frontier::Frontier;
-use crate::gather::Ordered;
+use crate::gather::ABREAST;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x4, f32x8};
+use glam::Vec4;
 
 /// The nodes, as far as they may be needed.
 const NODES: [u8; 13] = [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 42, 62, 92];
@@ -69,28 +70,34 @@ impl Nodes {
 /// Nodes by index, and their weights.
 type Share = Vec<(u8, f32)>;
 
+/// A number of each of the pixels that are added at once, and red, green and blue of them.
+pub type Pixels = [f32; ABREAST];
+pub type Colours = [Pixels; 3];
+
 /// How every pair (n, m) is shared out: first m among the nodes of t, then n among the nodes of s, which for all m is one sum
 /// of rows.
 pub struct Shares {
+    /// Powers of t.
     across: usize,
-    /// Numbers in a row: red, green and blue for each node of t.
-    row: usize,
-    /// The same in whole vectors.
-    vectors: usize,
-    /// For each (n, m), at n * across + m, where its nodes of t begin; they end where the next one's begin.
-    begins: Vec<u32>,
-    /// Nodes of t, and their weights.
-    along: Vec<(u8, f32)>,
-    /// For each node of s every n that has a share in it, rising, and its weights in that node's row, a whole row each.
+    /// The nodes of t as powers.
+    nodes: Vec<u8>,
+    /// The powers of t between them.
+    between: Vec<u8>,
+    /// For each n, then each power of t between nodes, its weight at every node of t.
+    between_weights: Vec<f32>,
+    /// For each node of s every n that has a share in it, rising, and its weights at every node of t.
     across_powers: Vec<Vec<u8>>,
-    across_weights: Vec<Vec<Vector>>,
+    across_weights: Vec<Vec<f32>>,
 }
 
-/// Numbers that vector units add at once; rows are rounded up to whole ones.
-pub const VECTOR: usize = 8;
-type Vector = [f32; VECTOR];
-/// Vectors of the longest row.
-const MOST_VECTORS: usize = (3 * NODES.len()).div_ceil(VECTOR);
+/// Room to share out in.
+#[derive(Default)]
+pub struct Room {
+    /// Of one n, by power of t.
+    powers: Vec<Colours>,
+    /// By n, then node of t.
+    rows: Vec<Colours>,
+}
 
 impl Shares {
     /// For pictures of all points that have one.
@@ -104,20 +111,21 @@ impl Shares {
             let powers = 0..=nodes.last();
             powers.map(|power| share(&nodes.powers, power, &places, &counts, everywhere)).collect()
         };
-        let (mut begins, mut along) = (Vec::new(), Vec::new());
+        let nodes = m.powers.clone();
+        let between: Vec<u8> = (0..=m.last()).filter(|power| !nodes.contains(power)).collect();
+        let mut between_weights = Vec::new();
         for power in 0..=n.last() {
-            for by_m in all(m, along_t.of(power)) {
-                begins.push(along.len() as u32);
-                along.extend(by_m);
+            let by_m = all(m, along_t.of(power));
+            for m in &between {
+                let mut weights = vec![0.0; nodes.len()];
+                by_m[usize::from(*m)].iter().for_each(|&(node, weight)| weights[usize::from(node)] = weight);
+                between_weights.extend(weights);
             }
         }
-        begins.push(along.len() as u32);
         // By the node of t, then n.
         let by_n: Vec<Vec<Share>> = m.powers.iter().map(|m| all(n, along_s.of(*m))).collect();
-        let row = 3 * m.len();
-        let vectors = row.div_ceil(VECTOR);
         let mut across_powers: Vec<Vec<u8>> = vec![Vec::new(); n.len()];
-        let mut across_weights: Vec<Vec<Vector>> = vec![Vec::new(); n.len()];
+        let mut across_weights: Vec<Vec<f32>> = vec![Vec::new(); n.len()];
         for power in 0..=n.last() {
             for (j, by_n) in by_n.iter().enumerate() {
                 for &(node, weight) in &by_n[usize::from(power)] {
@@ -125,75 +133,92 @@ impl Shares {
                     let (powers, weights) = (&mut across_powers[node], &mut across_weights[node]);
                     if powers.last() != Some(&power) {
                         powers.push(power);
-                        weights.resize(weights.len() + vectors, [0.0; VECTOR]);
+                        weights.resize(weights.len() + nodes.len(), 0.0);
                     }
-                    weights[(powers.len() - 1) * vectors..].as_flattened_mut()[3 * j..][..3].fill(weight);
+                    weights[(powers.len() - 1) * nodes.len() + j] = weight;
                 }
             }
         }
         let across = usize::from(m.last()) + 1;
-        Self { across, row, vectors, begins, along, across_powers, across_weights }
+        Self { across, nodes, between, between_weights, across_powers, across_weights }
     }
 
-    /// Shares out light by (n, m). Fills `sums` with red, green and blue of all pairs of nodes, at (index of n) * (nodes of t) +
-    /// (index of m), and overwrites [`spare`](Self::spare) numbers behind them. `rows` must be zeros,
-    /// [`rows`](Self::rows) of them, and is left so.
+    /// Shares out each pixel's light by (n, m), at n * (powers of t) + m; where it ends there is no more, and the fourth number of
+    /// each means nothing. Fills `sums` with the colours of all pairs of nodes, at
+    /// (index of n) * (nodes of t) + (index of m).
     #[inline(always)]
-    pub fn share_out<S: Simd>(&self, simd: S, light: &[Ordered], rows: &mut [Vector], sums: &mut [f32]) {
-        const { assert!(MOST_VECTORS == 5) };
-        let mut used = 0;
-        for &(n, m, value) in light {
-            let n = usize::from(n);
-            let at = n * self.across + usize::from(m);
-            let row = rows[n * self.vectors..][..self.vectors].as_flattened_mut();
-            for &(j, weight) in &self.along[self.begins[at] as usize..self.begins[at + 1] as usize] {
-                let row = &mut row[3 * usize::from(j)..][..3];
-                row[0] += weight * value.x;
-                row[1] += weight * value.y;
-                row[2] += weight * value.z;
+    pub fn share_out<S: Simd>(
+        &self,
+        simd: S,
+        light: &[[Vec4; ABREAST]],
+        Room { powers, rows }: &mut Room,
+        sums: &mut [Colours],
+    ) {
+        let (across, along) = (self.across, self.nodes.len());
+        let used = light.len().div_ceil(across);
+        powers.resize(across, Colours::default());
+        rows.resize(used * along, Colours::default());
+        for ((n, rows), light) in rows.chunks_exact_mut(along).enumerate().zip(light.chunks(across)) {
+            for (powers, light) in powers.iter_mut().zip(light) {
+                store(by_colour(simd, light), powers);
             }
-            used = used.max(n + 1);
-        }
-        let rows = &mut rows[..used * self.vectors];
-        match self.vectors {
-            1 => self.add_rows::<S, 1>(simd, rows, sums),
-            2 => self.add_rows::<S, 2>(simd, rows, sums),
-            3 => self.add_rows::<S, 3>(simd, rows, sums),
-            4 => self.add_rows::<S, 4>(simd, rows, sums),
-            _ => self.add_rows::<S, 5>(simd, rows, sums),
-        }
-        rows.fill([0.0; VECTOR]);
-    }
-
-    /// The row of each node of s: the sum of all rows with a share in it.
-    #[inline(always)]
-    fn add_rows<S: Simd, const V: usize>(&self, simd: S, rows: &[Vector], sums: &mut [f32]) {
-        let (rows, _) = rows.as_chunks::<V>();
-        let powers = self.across_powers.iter().zip(&self.across_weights);
-        for (node, (powers, weights)) in powers.enumerate() {
-            let mut sum = [f32x8::simd_from(simd, 0.0); V];
-            for (n, weights) in powers.iter().zip(weights.as_chunks::<V>().0) {
-                let Some(row) = rows.get(usize::from(*n)) else { break };
-                for i in 0..V {
-                    sum[i] += f32x8::load_array_ref(simd, &weights[i]) * f32x8::load_array_ref(simd, &row[i]);
+            powers[light.len()..].fill(Colours::default());
+            let weights = &self.between_weights[n * self.between.len() * along..];
+            for (j, (node, row)) in self.nodes.iter().zip(rows).enumerate() {
+                let mut sum = load(simd, &powers[usize::from(*node)]);
+                for (m, weights) in self.between.iter().zip(weights.chunks_exact(along)) {
+                    if weights[j] != 0.0 {
+                        add(simd, &mut sum, &powers[usize::from(*m)], weights[j]);
+                    }
                 }
+                store(sum, row);
             }
-            // What is behind the row's end is overwritten by the next.
-            let sums = &mut sums[node * self.row..][..V * VECTOR];
-            for (sum, sums) in sum.iter().zip(sums.as_chunks_mut().0) {
-                sum.store_array(sums);
+        }
+        // The row of each node of s: the sum of all rows with a share in it.
+        let nodes = self.across_powers.iter().zip(&self.across_weights);
+        for ((powers, weights), sums) in nodes.zip(sums.chunks_exact_mut(along)) {
+            for (j, to) in sums.iter_mut().enumerate() {
+                let mut sum = [f32x8::simd_from(simd, 0.0); 3];
+                for (n, weights) in powers.iter().zip(weights.chunks_exact(along)) {
+                    let Some(row) = rows.get(usize::from(*n) * along + j) else { break };
+                    add(simd, &mut sum, row, weights[j]);
+                }
+                store(sum, to);
             }
         }
     }
+}
 
-    /// How many vectors [`share_out`](Self::share_out) works with.
-    pub fn rows(&self) -> usize {
-        self.begins.len() / self.across * self.vectors
-    }
+/// Red, green and blue of pixels side by side; their fourth numbers are dropped.
+#[inline(always)]
+fn by_colour<S: Simd>(simd: S, light: &[Vec4; ABREAST]) -> [f32x8<S>; 3] {
+    let light = light.map(|light| f32x4::simd_from(simd, light.to_array()));
+    let four = |first: usize| {
+        let (red_blue, green) = light[first].deinterleave(light[first + 1]);
+        let (more_red_blue, more_green) = light[first + 2].deinterleave(light[first + 3]);
+        let (red, blue) = red_blue.deinterleave(more_red_blue);
+        [red, green.unzip_low(more_green), blue]
+    };
+    let (left, right) = (four(0), four(4));
+    std::array::from_fn(|c| left[c].combine(right[c]))
+}
 
-    /// Numbers that it overwrites behind the sums.
-    pub fn spare(&self) -> usize {
-        self.vectors * VECTOR - self.row
+#[inline(always)]
+pub fn load<S: Simd>(simd: S, from: &Colours) -> [f32x8<S>; 3] {
+    std::array::from_fn(|c| f32x8::load_array_ref(simd, &from[c]))
+}
+
+#[inline(always)]
+fn store<S: Simd>(colours: [f32x8<S>; 3], to: &mut Colours) {
+    colours.into_iter().zip(to).for_each(|(colour, to)| colour.store_array(to));
+}
+
+/// Adds colours times a number.
+#[inline(always)]
+pub fn add<S: Simd>(simd: S, sum: &mut [f32x8<S>; 3], colours: &Colours, factor: f32) {
+    let factor = f32x8::simd_from(simd, factor);
+    for (sum, colour) in sum.iter_mut().zip(load(simd, colours)) {
+        *sum += factor * colour;
     }
 }
 
@@ -313,17 +338,28 @@ mod tests {
 
     /// The pairs of nodes that stand for (n, m), and their weights.
     fn of(shares: &Shares, n: u8, m: u8) -> Vec<(usize, f32)> {
-        let mut rows = vec![[0.0; VECTOR]; shares.rows()];
-        let bins = shares.row / 3 * shares.across_powers.len();
-        let mut sums = vec![0.0; 3 * bins + shares.spare()];
-        let light = [(n, m, Vec3::new(1.0, 2.0, -0.5))];
-        dispatch!(Level::new(), simd => shares.share_out(simd, &light, &mut rows, &mut sums));
-        assert!(rows.as_flattened().iter().all(|zero| *zero == 0.0));
-        let of_bin = |(bin, sum): (usize, &[f32])| {
-            assert!((sum[1] - 2.0 * sum[0]).abs() < 1e-6 && (sum[2] + 0.5 * sum[0]).abs() < 1e-6);
-            (sum[0] != 0.0).then_some((bin, sum[0]))
+        let colour = [1.0, 2.0, -0.5];
+        // The second pixel is twice as bright as the first, and so on.
+        let mut light = vec![[Vec4::ZERO; ABREAST]; usize::from(n) * shares.across + usize::from(m) + 1];
+        for (i, light) in light.last_mut().expect("one").iter_mut().enumerate() {
+            *light = (i as f32 + 1.0) * Vec3::from_array(colour).extend(7.0);
+        }
+        let mut sums = vec![Colours::default(); shares.nodes.len() * shares.across_powers.len()];
+        let mut room = Room::default();
+        for _ in 0..2 {
+            dispatch!(Level::new(), simd => shares.share_out(simd, &light, &mut room, &mut sums));
+        }
+        let of_bin = |(bin, sum): (usize, &Colours)| {
+            let weight = sum[0][0];
+            for (pixels, colour) in sum.iter().zip(colour) {
+                for (i, x) in pixels.iter().enumerate() {
+                    let expected = (i as f32 + 1.0) * colour * weight;
+                    assert!((x - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{sum:?}");
+                }
+            }
+            (weight != 0.0).then_some((bin, weight))
         };
-        sums.chunks_exact(3).enumerate().filter_map(of_bin).collect()
+        sums.iter().enumerate().filter_map(of_bin).collect()
     }
 
     /// The largest error of sⁿ tᵐ over all points that have an image, over the largest that it is.

@@ -4,6 +4,7 @@ use super::Atlas;
 use super::frontier::Frontier;
 use super::sums::AtlasSums;
 use crate::error::{Error, Result};
+use crate::film::{Header, WrittenLayer};
 use crate::gather::{Connections, Gathered, Maps, MostOrders};
 use crate::light::{Invisible, Matrix};
 use crate::plan::{Method, PhotonPlan, Plan, Settings};
@@ -115,9 +116,9 @@ impl AtlasRun {
     }
 
     /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but
-    /// they are one sample of the error bar. So the first come one by one, and none are more than an eighth of those before.
+    /// they are one sample of the error bar. So the first come one by one, and none are more than a quarter of those before.
     pub fn together(&self) -> u32 {
-        (self.sums.passes() / 8).clamp(1, MOST_TOGETHER)
+        (self.sums.passes() / 4).clamp(1, MOST_TOGETHER)
     }
 
     /// Renders passes: what each looks like at the film's point, and how many photons it stored.
@@ -139,6 +140,11 @@ impl AtlasRun {
     /// How far it counts and what it takes, in one line.
     pub fn describe(&self) -> String {
         self.sums.describe()
+    }
+
+    /// The atlas so far as layers of a file; adds what makes a picture out of them to its header.
+    pub fn layers(&self, header: &mut Header) -> Vec<WrittenLayer<'_>> {
+        self.sums.layers(header)
     }
 
     /// The atlas so far.

@@ -1,14 +1,16 @@
 //! What passes add up to: per pixel one sum for each pair of stored powers, and the spreads for the error bar.
 
-use super::errors::{self, AtGrid, ColourSpread, POINTS, RECORD};
+use super::errors::{AtGrid, ColourSpread, POINTS};
+use super::file::Plane;
 use super::frontier::Frontier;
-use super::nodes::{Nodes, Shares, VECTOR};
+use super::nodes::{Colours, Nodes, Pixels, Room, Shares};
 use super::{Atlas, AtlasErrors};
-use crate::gather::{Connections, Gathered, Maps, MostOrders, Ordered, gather_by_order};
+use crate::film::{Header, WrittenLayer};
+use crate::gather::{ABREAST, Connections, Gathered, Maps, MostOrders, gather_by_order};
 use crate::light::Power;
 use crate::plan::Plan;
 use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// An atlas in the making.
@@ -22,8 +24,8 @@ pub struct AtlasSums {
     passes: u32,
     /// Groups of them, each a sample of the spread.
     groups: u32,
-    /// Per pixel: [`Tables::record`] numbers.
-    records: Vec<f32>,
+    /// [`Tables::record`] colours of [`ABREAST`] pixels, row by row; the last ones of a row may have no pixel.
+    records: Vec<Colours>,
     colour: ColourSpread,
 }
 
@@ -44,18 +46,18 @@ impl Tables {
         Self { n, m, shares, frontier, level: Level::new(), at_grid }
     }
 
-    /// RGB of all pairs of stored powers.
-    fn sums(&self) -> usize {
-        3 * self.n.len() * self.m.len()
+    /// How many pairs of stored powers.
+    fn bins(&self) -> usize {
+        self.n.len() * self.m.len()
     }
 
-    /// Sums of all pairs of stored powers, then the spread at every point of the grid; RGB each.
+    /// Sums of all pairs of stored powers, by node of n, then m; then the spread at every point of the grid: a colour each.
     fn record(&self) -> usize {
-        self.sums() + RECORD
+        self.bins() + POINTS
     }
 
-    /// Adds one pixel of a group of passes.
-    fn add(&self, record: &mut [f32], light: &[Ordered], group: Group, row: &mut Row) {
+    /// Adds some pixels of a group of passes.
+    fn add(&self, record: &mut [Colours], light: &[[Vec4; ABREAST]], group: Group, row: &mut Row) {
         // The same sums in the same order on every machine; only how many lanes are added at once differs.
         dispatch!(self.level, simd => self.add_lanes(simd, record, light, group, row));
     }
@@ -64,36 +66,34 @@ impl Tables {
     fn add_lanes<S: Simd>(
         &self,
         simd: S,
-        record: &mut [f32],
-        light: &[Ordered],
+        record: &mut [Colours],
+        light: &[[Vec4; ABREAST]],
         Group { before, passes }: Group,
         row: &mut Row,
     ) {
-        let (sums, spreads) = record.split_at_mut(self.sums());
-        row.total.resize(sums.len(), 0.0);
-        row.room.resize(self.shares.rows(), [0.0; VECTOR]);
-        row.pixel.resize(sums.len() + self.shares.spare(), 0.0);
-        self.shares.share_out(simd, light, &mut row.room, &mut row.pixel);
+        let (sums, spreads) = record.split_at_mut(self.bins());
+        row.pixels.resize(sums.len(), Colours::default());
+        self.shares.share_out(simd, light, &mut row.room, &mut row.pixels);
         // How far the mean of these passes is from that of those before them. The grid is linear in the sums, so that this is
         // all that its spread needs (Welford).
         let (n, k) = (before as f32, passes as f32);
         let (over, each) = (1.0 / n.max(1.0), 1.0 / k);
-        for ((value, sum), total) in row.pixel.iter_mut().zip(sums).zip(&mut row.total) {
+        let pixels = row.pixels.as_flattened_mut().as_flattened_mut();
+        let sums = sums.as_flattened_mut().as_flattened_mut();
+        for (value, sum) in pixels.iter_mut().zip(sums) {
             let away = *value * each - *sum * over;
             *sum += *value;
-            *total += *value;
             *value = away;
         }
-        let away = self.at_grid.of(simd, &row.pixel[..self.sums()]);
+        let away = self.at_grid.of(simd, &row.pixels);
         let share = n * k / (n + k);
-        for (spread, away) in spreads.iter_mut().zip(away) {
+        let spreads = spreads.as_flattened_mut().as_flattened_mut();
+        let totals = row.away.as_flattened_mut().as_flattened_mut();
+        for ((spread, total), away) in spreads.iter_mut().zip(totals).zip(away.as_flattened().as_flattened())
+        {
             *spread += share * away * away;
+            *total += away;
         }
-    }
-
-    /// What sums by stored powers make at every point of the grid.
-    fn at_grid(&self, sums: &[f32]) -> [f32; RECORD] {
-        dispatch!(self.level, simd => self.at_grid.of(simd, sums))
     }
 }
 
@@ -109,11 +109,12 @@ struct Group {
 /// Of a band of pixels.
 #[derive(Default)]
 struct Row {
-    /// The sum of all pixels, by stored powers.
-    total: Vec<f32>,
+    /// How far means are from those before them at every point of the grid, summed over all pixels that have the same place
+    /// among those that are added at once.
+    away: [Colours; POINTS],
     /// Room to work in.
-    pixel: Vec<f32>,
-    room: Vec<[f32; VECTOR]>,
+    pixels: Vec<Colours>,
+    room: Room,
 }
 
 impl AtlasSums {
@@ -123,8 +124,8 @@ impl AtlasSums {
         let most = MostOrders { n: n.last(), m: m.last(), ..most };
         let tables = Tables::new(n, m, frontier);
         // Written, not asked for as zeros: a page of zeros that is read before it is written is mapped twice.
-        let numbers = width as usize * height as usize * tables.record();
-        let records = (0..numbers).into_par_iter().map(|_| 0.0).collect();
+        let colours = (width as usize).div_ceil(ABREAST) * height as usize * tables.record();
+        let records = (0..colours).into_par_iter().map(|_| Colours::default()).collect();
         Self {
             width,
             height,
@@ -157,7 +158,7 @@ impl AtlasSums {
             n.len() * m.len(),
             n.last(),
             m.last(),
-            4e-6 * self.records.len() as f64
+            1e-6 * size_of_val(&self.records[..]) as f64
         )
     }
 
@@ -173,18 +174,21 @@ impl AtlasSums {
     ) -> Vec<Gathered<1>> {
         let tables = &self.tables;
         let group = Group { before: self.passes, passes: maps.len() as u32 };
-        let add = |record: &mut [f32], light: &[Ordered], row: &mut Row| {
+        let add = |record: &mut [Colours], light: &[[Vec4; ABREAST]], row: &mut Row| {
             tables.add(record, light, group, row);
         };
         let counting = (self.most, self.at);
         let (gathered, rows) =
             gather_by_order(plan, connections, maps, first_pass, counting, &mut self.records, add);
-        let seen = f64::from(self.width) * f64::from(self.height) * f64::from(group.passes);
-        let rows: Vec<_> = rows.iter().map(|row| tables.at_grid(&row.total)).collect();
-        let mean = |place: usize| rows.iter().map(|row| f64::from(row[place])).sum::<f64>() / seen;
-        let colour = |point| DVec3::from_array(std::array::from_fn(|c| mean(errors::place(point, c))));
-        let colours = std::array::from_fn(colour);
-        self.colour.add(&colours, group.before, group.passes);
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        let all = |point: usize, channel: usize| {
+            let away = rows.iter().flat_map(|row| row.away[point][channel]);
+            away.map(f64::from).sum::<f64>() / pixels
+        };
+        let away = std::array::from_fn(|point| {
+            DVec3::from_array(std::array::from_fn(|channel| all(point, channel)))
+        });
+        self.colour.add(&away, group.before, group.passes);
         self.passes += group.passes;
         self.groups += 1;
         gathered
@@ -197,20 +201,39 @@ impl AtlasSums {
 
     /// The means over passes.
     pub fn atlas(&self) -> Atlas {
-        let (bins, passes) = (self.tables.n.len() * self.tables.m.len(), self.passes.max(1) as f32);
-        let mut planes = self.planes(bins, |record, bin| Vec3::from_slice(&record[3 * bin..]) / passes);
-        planes
-            .par_iter_mut()
-            .filter(|plane| plane.iter().all(|value| *value == Vec3::ZERO))
-            .for_each(Vec::clear);
-        let errors = (self.groups >= 2).then(|| {
-            let scale = 1.0 / (passes * (self.groups as f32 - 1.0));
-            let planes = self.planes(POINTS, |record, point| {
-                let spread = |channel| record[3 * bins + errors::place(point, channel)];
-                Vec3::from_array(std::array::from_fn(|channel| (scale * spread(channel)).sqrt()))
-            });
-            AtlasErrors { planes, colour: self.colour.errors(self.passes, self.groups) }
-        });
+        let pixels = self.width as usize * self.height as usize;
+        let all = |plane: &Plane<'_>| {
+            let mut values = vec![Vec3::ZERO; pixels];
+            let mut line = vec![0.0; self.width as usize];
+            for (y, values) in values.chunks_mut(line.len()).enumerate() {
+                for axis in 0..3 {
+                    (plane.line)(y, axis, &mut line);
+                    values.iter_mut().zip(&line).for_each(|(value, x)| value[axis] = *x);
+                }
+            }
+            values
+        };
+        let [light, errors] = self.written();
+        let mut atlas = self.facts();
+        atlas.planes =
+            light.par_iter().map(|plane| if plane.most > 0.0 { all(plane) } else { Vec::new() }).collect();
+        if let Some(found) = &mut atlas.errors {
+            found.planes = errors.par_iter().map(all).collect();
+        }
+        atlas
+    }
+
+    /// The same as layers of a file; adds what makes a picture out of them to its header.
+    pub fn layers(&self, header: &mut Header) -> Vec<WrittenLayer<'_>> {
+        let facts = self.facts();
+        facts.describe_in(header);
+        let [light, errors] = self.written();
+        facts.named(light.into_iter(), errors.into_iter())
+    }
+
+    /// An atlas whose planes are still missing.
+    fn facts(&self) -> Atlas {
+        let colour = (self.groups >= 2).then(|| self.colour.errors(self.passes, self.groups));
         Atlas {
             width: self.width,
             height: self.height,
@@ -220,36 +243,53 @@ impl AtlasSums {
             m: self.tables.m.clone(),
             cut: self.most.cut,
             frontier: self.tables.frontier.clone(),
-            planes,
-            errors,
+            planes: Vec::new(),
+            errors: colour.map(|colour| AtlasErrors { planes: Vec::new(), colour }),
         }
     }
 
-    /// `count` planes, each of which takes a number from each pixel's record. Records are read once, a few rows' worth at a
-    /// time.
-    fn planes(&self, count: usize, value: impl Fn(&[f32], usize) -> Vec3 + Sync) -> Vec<Vec<Vec3>> {
-        const TOGETHER: usize = 512;
-        let stride = self.tables.record();
-        let mut planes = vec![vec![Vec3::ZERO; self.records.len() / stride]; count];
-        let mut parts: Vec<_> = planes.iter_mut().map(|plane| plane.chunks_mut(TOGETHER)).collect();
-        let jobs = self.records.chunks(TOGETHER * stride).map(|records| {
-            let parts: Vec<_> =
-                parts.iter_mut().map(|part| part.next().expect("as many as records")).collect();
-            (records, parts)
-        });
-        jobs.collect::<Vec<_>>().into_par_iter().for_each(|(records, parts)| {
-            for (i, part) in parts.into_iter().enumerate() {
-                for (to, record) in part.iter_mut().zip(records.chunks(stride)) {
-                    *to = value(record, i);
+    /// The planes of the atlas and those of its errors, as numbers that are taken from the records when they are asked for.
+    fn written(&self) -> [Vec<Plane<'_>>; 2] {
+        let (bins, size) = (self.tables.bins(), self.tables.record());
+        let (width, row) = (self.width as usize, (self.width as usize).div_ceil(ABREAST) * size);
+        let passes = self.passes.max(1) as f32;
+        let scale = 1.0 / (passes * (self.groups as f32 - 1.0));
+        let value = move |place: usize, x: f32| if place < bins { x / passes } else { (scale * x).sqrt() };
+        // Sums and maxima of magnitudes, of all pixels that have the same place among those that are added at once.
+        let magnitudes = |records: &[Colours]| {
+            let mut found = vec![<(Pixels, Pixels)>::default(); size];
+            for record in records.chunks_exact(size) {
+                for (place, ((sum, most), colours)) in found.iter_mut().zip(record).enumerate() {
+                    for (i, x) in colours.iter().flat_map(|colour| colour.iter().enumerate()) {
+                        let x = value(place, *x).abs();
+                        sum[i] += x;
+                        most[i] = most[i].max(x);
+                    }
                 }
             }
-        });
-        planes
+            found
+        };
+        let rows: Vec<_> = self.records.par_chunks(row).map(magnitudes).collect();
+        let plane = |place: usize| {
+            let sum: f64 = rows.iter().flat_map(|row| row[place].0).map(f64::from).sum();
+            let most = rows.iter().flat_map(|row| row[place].1).fold(0.0, f32::max);
+            let line = move |y: usize, axis: usize, line: &mut [f32]| {
+                let records = self.records[y * row..][..row].chunks_exact(size);
+                for (line, record) in line.chunks_mut(ABREAST).zip(records) {
+                    line.iter_mut().zip(&record[place][axis]).for_each(|(to, x)| *to = value(place, *x));
+                }
+            };
+            let mean = sum / (3.0 * width as f64 * f64::from(self.height));
+            Plane { mean, most, line: Box::new(line) }
+        };
+        let errors = if self.groups >= 2 { bins..size } else { 0..0 };
+        [(0..bins).map(plane).collect(), errors.map(plane).collect()]
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::errors;
     use super::super::frontier::Sample;
     use super::*;
     use std::ops::Range;
@@ -259,32 +299,48 @@ mod tests {
         let samples = [0.0, 1.0].map(|t| Sample { t, kappa: 0.5 + 0.3 * t, error: 0.0 });
         let frontier = Frontier::from_samples(samples.to_vec()).expect("rising");
         let tables = Tables::new(Nodes::up_to(9), Nodes::up_to(4), frontier);
-        let mut record = vec![0.0; tables.record()];
+        let mut record = vec![Colours::default(); tables.record()];
         let mut row = Row::default();
         // Orders between nodes too; some passes bring nothing.
-        let passes: Vec<Vec<Ordered>> = (0..7_u8)
+        let passes: Vec<Vec<(u8, u8, Vec3)>> = (0..7_u8)
             .map(|pass| {
                 let light = |i: u8| Vec3::new(f32::from(pass * i % 5), 1.0, f32::from((pass + i) % 3));
                 (0..pass % 4).map(|i| (3 * i, i, light(i))).collect()
             })
             .collect();
+        let brightness = |pixel: usize| 1.0 + pixel as f32;
+        let mut colour = ColourSpread::default();
         // Groups of one, three, one and two of them.
         let groups = [0..1, 1..4, 4..5, 5..7];
         for group in &groups {
-            let together: Vec<Ordered> = group.clone().flat_map(|pass| passes[pass].clone()).collect();
+            let mut light = vec![[Vec4::ZERO; ABREAST]; 10 * 5];
+            for (n, m, colour) in passes[group.clone()].iter().flatten() {
+                let light = &mut light[usize::from(*n) * 5 + usize::from(*m)];
+                light
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(i, light)| *light += brightness(i) * colour.extend(0.0));
+            }
             let group = Group { before: group.start as u32, passes: group.len() as u32 };
-            tables.add(&mut record, &together, group, &mut row);
+            tables.add(&mut record, &light, group, &mut row);
+            colour.add(
+                &row.away.map(|away| DVec3::from_array(away.map(|pixels| pixels[1].into()))),
+                group.before,
+                group.passes,
+            );
+            row.away = Row::default().away;
         }
-        let (sums, spreads) = record.split_at(tables.sums());
+        let (sums, spreads) = record.split_at(tables.bins());
+        let totals = dispatch!(tables.level, simd => tables.at_grid.of(simd, sums));
+        let colour_errors = colour.errors(7, groups.len() as u32);
         for at in 0..POINTS {
             let (s, t) = errors::point(&tables.frontier, at / 5, at % 5);
-            let picture = |pass: &Vec<Ordered>, channel: usize| -> f64 {
-                let term = |(n, m, light): &Ordered| {
+            let picture = |pass: &Vec<(u8, u8, Vec3)>, channel: usize| -> f64 {
+                let term = |(n, m, light): &(u8, u8, Vec3)| {
                     s.powi((*n).into()) * t.powi((*m).into()) * f64::from(light[channel])
                 };
                 pass.iter().map(term).sum()
             };
-            let total = tables.at_grid(sums);
             for channel in 0..3 {
                 let each: Vec<f64> = passes.iter().map(|pass| picture(pass, channel)).collect();
                 let mean = each.iter().sum::<f64>() / 7.0;
@@ -293,14 +349,21 @@ mod tests {
                     group.len() as f64 * away * away
                 };
                 let spread: f64 = groups.iter().map(of_group).sum();
-                let place = errors::place(at, channel);
-                assert!((f64::from(total[place]) - 7.0 * mean).abs() < 2e-3, "{s} {t}: {mean}");
+                for (pixel, (total, found)) in
+                    totals[at][channel].iter().zip(spreads[at][channel]).enumerate()
+                {
+                    let brightness = f64::from(brightness(pixel));
+                    let total = f64::from(*total) / brightness - 7.0 * mean;
+                    let found = f64::from(found) / (brightness * brightness);
+                    assert!(total.abs() < 2e-3, "{s} {t}: {mean}");
+                    assert!((found - spread).abs() < 2e-3 * (1.0 + spread), "{s} {t}: {spread}");
+                }
+                let (found, expected) = (colour_errors[at][channel], 2.0 * (spread / (7.0 * 3.0)).sqrt());
                 assert!(
-                    (f64::from(spreads[place]) - spread).abs() < 2e-3 * (1.0 + spread),
-                    "{s} {t}: {spread}"
+                    (found - expected).abs() < 2e-3 * (1.0 + expected),
+                    "{s} {t}: {found} for {expected}"
                 );
             }
         }
-        assert!(row.total.iter().zip(sums).all(|(a, b)| (a - b).abs() < 1e-4));
     }
 }

@@ -2,7 +2,7 @@ use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
 use crate::error::{Error, Result};
-use crate::film::{WrittenLayer, check_writable, write_exr, write_layers_exr, write_png};
+use crate::film::{Compression, WrittenLayer, check_writable, write_exr, write_layers_exr, write_png};
 use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Render};
 use clap::Args;
@@ -107,7 +107,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
         }
         if elapsed >= next_write {
             write(&render, &args.output, &png, args.exposure)?;
-            // An atlas is a hundred pictures and takes seconds to write.
+            // An atlas is a hundred pictures, which take their time to be written.
             let writing = begin.elapsed() - elapsed;
             next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
         }
@@ -118,13 +118,16 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 }
 
 fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
-    match render.atlas() {
+    match render.atlas_run() {
         None => write_exr(exr, render.film(), &render.header())?,
         Some(atlas) => {
-            let mut image = render.film().image(&render.header());
-            atlas.describe_in(&mut image.header);
-            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas.layers()).collect();
-            write_layers_exr(exr, (image.width, image.height), &image.header, &layers)?;
+            let image = render.film().image(&render.header());
+            let mut header = image.header.clone();
+            let atlas = atlas.layers(&mut header);
+            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
+            // A hundred noisy pictures: compressing them takes longer than writing what it saves.
+            let compression = Compression::Uncompressed;
+            write_layers_exr(exr, (image.width, image.height), &header, &layers, compression)?;
         }
     }
     write_png(png, render.film(), exposure)?;

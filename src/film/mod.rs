@@ -17,11 +17,12 @@ mod foreign_tests;
 #[cfg(test)]
 mod tests;
 
+pub use ::exr::prelude::Compression;
 pub use header::{Header, Value};
 pub use image::Image;
 pub use layer::Layer;
 pub use read_exr::read_exr;
 pub use replace::{check_writable, replace_file};
 pub use sums::{Film, PassImage};
-pub use write_exr::{WrittenLayer, write_exr, write_image_exr, write_layers_exr};
+pub use write_exr::{Line, WrittenLayer, line_of, write_exr, write_image_exr, write_layers_exr};
 pub use write_png::{srgb_encode, write_bytes_png, write_png, write_rgb_png};

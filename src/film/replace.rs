@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use std::fs::{self, File, Permissions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Cursor, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -11,15 +11,29 @@ use tempfile::NamedTempFile;
 ///
 /// What exists and is not a regular file (`/dev/null`, a pipe) is written to as it is; a link is followed.
 pub fn replace_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+    replace_revised(path, |file| {
+        let mut buffered = BufWriter::with_capacity(1 << 16, file);
+        write(&mut buffered)?;
+        buffered.flush()
+    })
+}
+
+/// What can be gone back to while it is written.
+pub trait Revised: Read + Write + Seek {}
+impl<T: Read + Write + Seek> Revised for T {}
+
+/// The same for what does not come from first to last, without a buffer. What is not a regular file gets it at the end.
+pub fn replace_revised(path: &Path, write: impl FnOnce(&mut dyn Revised) -> io::Result<()>) -> Result<()> {
     match target(path)? {
         Target::Stream => {
+            let mut bytes = Cursor::new(Vec::new());
+            write(&mut bytes).map_err(|e| refused(path, &e))?;
             let mut file = File::options().write(true).open(path).map_err(|e| refused(path, &e))?;
-            write(&mut file).map_err(|e| refused(path, &e))
+            file.write_all(bytes.get_ref()).map_err(|e| refused(path, &e))
         }
         Target::Regular(target, permissions) => {
-            let mut buffered = BufWriter::with_capacity(1 << 16, temporary(path, &target, permissions)?);
-            write(&mut buffered).map_err(|e| refused(path, &e))?;
-            let file = buffered.into_inner().map_err(|e| refused(path, e.error()))?;
+            let mut file = temporary(path, &target, permissions)?;
+            write(&mut file).map_err(|e| refused(path, &e))?;
             file.as_file().sync_all().map_err(|e| refused(path, &e))?;
             file.persist(&target).map_err(|e| refused(path, &e.error))?;
             // The rename itself is not on disk before its folder is; some file systems refuse this, which harms nothing.

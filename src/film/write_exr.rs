@@ -1,10 +1,10 @@
 //! OpenEXR: one part, dotted layer names, facts as header attributes.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::header::{Header, Value};
 use crate::film::image::Image;
 use crate::film::layer::Layer;
-use crate::film::replace::replace_file;
+use crate::film::replace::{Revised, replace_revised};
 use crate::film::sums::Film;
 use ::exr::block::BlockIndex;
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
@@ -16,7 +16,8 @@ use ::exr::prelude::{
     LineOrder, Text, WritableImage, f16,
 };
 use glam::Vec3;
-use std::io::Cursor;
+use half::slice::HalfFloatSliceExt;
+use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
 /// Prefix of our attributes in a file.
@@ -31,7 +32,8 @@ pub fn write_exr(path: &Path, film: &Film, header: &Header) -> Result<()> {
 /// Writes any picture of named layers, with the names of [`write_exr`]. The same picture gives the same bytes.
 pub fn write_image_exr(path: &Path, image: &Image) -> Result<()> {
     let layers: Vec<_> = WrittenLayer::all_of(image).collect();
-    write_layers_exr(path, (image.width, image.height), &image.header, &layers)
+    // PIZ: smallest and fastest of the lossless ones that compress noisy pictures at all.
+    write_layers_exr(path, (image.width, image.height), &image.header, &layers, Compression::PIZ)
 }
 
 /// A layer whose values are asked for while they are written.
@@ -40,8 +42,19 @@ pub struct WrittenLayer<'a> {
     pub name: String,
     /// True: 16 bits a number. False: 32.
     pub half: bool,
-    /// The value of a pixel, by its place from top left.
-    pub value: Box<dyn Fn(usize) -> Vec3 + Sync + 'a>,
+    /// Its numbers.
+    pub line: Line<'a>,
+}
+
+/// Fills in one component (the second number) of a row of pixels (the first).
+pub type Line<'a> = Box<dyn Fn(usize, usize, &mut [f32]) + Sync + 'a>;
+
+/// The numbers of a picture as they are.
+pub fn line_of(values: &[Vec3]) -> Line<'_> {
+    Box::new(|y, axis, line| {
+        let values = &values[y * line.len()..];
+        line.iter_mut().zip(values).for_each(|(x, value)| *x = value[axis]);
+    })
 }
 
 impl<'a> WrittenLayer<'a> {
@@ -50,7 +63,7 @@ impl<'a> WrittenLayer<'a> {
         let pixels = image.width as usize * image.height as usize;
         image.layers.iter().map(move |(name, values)| {
             assert_eq!(values.len(), pixels, "layer {name} of another size");
-            Self { name: name.clone(), half: false, value: Box::new(|pixel| values[pixel]) }
+            Self { name: name.clone(), half: false, line: line_of(values) }
         })
     }
 }
@@ -61,22 +74,24 @@ pub fn write_layers_exr(
     size: (u32, u32),
     header: &Header,
     layers: &[WrittenLayer<'_>],
+    compression: Compression,
 ) -> Result<()> {
-    let bytes = encode(size, header, layers).map_err(|reason| Error::Write { path: path.into(), reason })?;
-    replace_file(path, |file| file.write_all(&bytes))
+    replace_revised(path, |file| encode(size, header, layers, compression, file).map_err(io::Error::other))
 }
 
 fn encode(
     (width, height): (u32, u32),
     header: &Header,
     layers: &[WrittenLayer<'_>],
-) -> std::result::Result<Vec<u8>, String> {
+    compression: Compression,
+    file: &mut dyn Revised,
+) -> std::result::Result<(), String> {
     if width == 0 || height == 0 {
         return Err("a picture of no pixels".into());
     }
     let mut channels = Vec::new();
     for layer in layers {
-        let WrittenLayer { name, half, value } = layer;
+        let WrittenLayer { name, half, line } = layer;
         let components = name.parse::<Layer>().map_or(Layer::Visible.components(), Layer::components);
         for (axis, component) in components.iter().enumerate() {
             let full = if name == Layer::Visible.name() {
@@ -84,26 +99,25 @@ fn encode(
             } else {
                 format!("{name}.{component}")
             };
-            channels.push(Channel { name: text(&full), half: *half, axis, value });
+            channels.push(Channel { name: text(&full), half: *half, axis, line });
         }
     }
     channels.sort_by(|a, b| a.name.cmp(&b.name)); // as the format demands
-    // PIZ: smallest and fastest of the lossless ones that compress noisy pictures at all.
-    let encoding = Encoding {
-        compression: Compression::PIZ,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
+    let encoding = Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (width as usize, height as usize);
     let layer = ExrLayer::new(size, LayerAttributes::default(), encoding, Channels(channels));
     let mut exr = ExrImage::from_layer(layer);
     for (name, value) in &header.entries {
         exr.attributes.other.insert(text(&format!("{PREFIX}{name}")), attribute(value));
     }
-    let mut bytes = Vec::new();
-    exr.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| e.to_string())?;
-    sort_attributes(&mut bytes, header).ok_or("an attribute name or text is malformed")?;
-    Ok(bytes)
+    let mut buffered = BufWriter::with_capacity(1 << 16, &mut *file);
+    exr.write().to_buffered(&mut buffered).map_err(|e| e.to_string())?;
+    buffered.flush().map_err(|e| e.to_string())?;
+    drop(buffered);
+    sort_attributes(file, header)
+        .map_err(|e| e.to_string())?
+        .ok_or("an attribute name or text is malformed")?;
+    Ok(())
 }
 
 /// One component of a layer.
@@ -111,7 +125,7 @@ struct Channel<'a> {
     name: Text,
     half: bool,
     axis: usize,
-    value: &'a (dyn Fn(usize) -> Vec3 + Sync + 'a),
+    line: &'a Line<'a>,
 }
 
 /// All of them, in the order of their names.
@@ -142,14 +156,15 @@ impl ChannelsWriter for &Channels<'_> {
     fn extract_uncompressed_block(&self, header: &ExrHeader, block: BlockIndex) -> Vec<u8> {
         let (at, size) = (block.pixel_position, block.pixel_size);
         let mut bytes = Vec::with_capacity(size.area() * header.channels.bytes_per_pixel);
+        let (mut numbers, mut halves) = (vec![0.0; size.width()], vec![f16::ZERO; size.width()]);
         for y in at.y()..at.y() + size.height() {
-            let begin = y * header.layer_size.width() + at.x();
-            for Channel { half, axis, value, .. } in &self.0 {
-                let line = (begin..begin + size.width()).map(|pixel| value(pixel)[*axis]);
+            for Channel { half, axis, line, .. } in &self.0 {
+                line(y, *axis, &mut numbers);
                 if *half {
-                    line.for_each(|x| bytes.extend(f16::from_f32(x).to_ne_bytes()));
+                    halves.convert_from_f32_slice(&numbers);
+                    bytes.extend(halves.iter().flat_map(|x| x.to_ne_bytes()));
                 } else {
-                    line.for_each(|x| bytes.extend(x.to_ne_bytes()));
+                    bytes.extend(numbers.iter().flat_map(|x| x.to_ne_bytes()));
                 }
             }
         }
@@ -174,8 +189,26 @@ fn text(words: &str) -> Text {
 
 /// Puts the attributes of a one-part file into a fixed order: the format's own by name, then ours as given. The
 /// crate keeps custom attributes in a randomly seeded map, and equal renders are to be equal files. The header
-/// keeps its length, so the offsets behind it stay true.
-fn sort_attributes(bytes: &mut [u8], header: &Header) -> Option<()> {
+/// keeps its length, so the offsets behind it stay true. None: they are malformed.
+fn sort_attributes(file: &mut dyn Revised, header: &Header) -> io::Result<Option<()>> {
+    for length in (16..).map(|doubled| 1 << doubled) {
+        let mut bytes = Vec::new();
+        file.rewind()?;
+        (&mut *file).take(length).read_to_end(&mut bytes)?;
+        if sort_attributes_of(&mut bytes, header).is_some() {
+            file.rewind()?;
+            return file.write_all(&bytes).map(Some);
+        }
+        // Nowhere near so many are written.
+        if (bytes.len() as u64) < length {
+            break;
+        }
+    }
+    Ok(None)
+}
+
+/// The same for the beginning of a file. None where they do not end there.
+fn sort_attributes_of(bytes: &mut [u8], header: &Header) -> Option<()> {
     let begin = 8; // magic number, version and flags
     let mut at = begin;
     let mut attributes: Vec<(usize, Vec<u8>, Vec<u8>)> = Vec::new();

@@ -6,13 +6,14 @@
 
 use super::branches::{Parent, Surface, branches};
 use super::connect::Connection;
+use super::estimate::Tier;
 use super::{
     CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Nearby, Parts, Pixel, TILE,
     TILE_WIDTH, describe,
 };
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
-use crate::photon_map::{LANES, PhotonMap};
+use crate::photon_map::Found;
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Stream};
@@ -32,11 +33,8 @@ pub struct MostOrders {
     pub cut: bool,
 }
 
-/// Powers n of s and m of t, and the radiance that has them; linear RGB.
-pub type Ordered = (u8, u8, Vec3);
-
-/// What one pixel shows, by powers of s and t; linear RGB radiance.
-struct ByOrder {
+/// Where light of each pair of orders is kept.
+struct Places {
     /// Where n stands among the places, for n up to twice 255; light that is left out has a place behind all others.
     row: [u16; 512],
     /// The same for m; the two add up.
@@ -44,29 +42,53 @@ struct ByOrder {
     /// (n, m) of each place, and what the film's point of the square makes of it.
     orders: Vec<(u8, u8)>,
     weights: Vec<f32>,
-    /// In f64: many small numbers are added.
-    values: Vec<DVec4>,
-    /// A bit for each place in `values` that is not zero.
-    touched: [u64; MOST_WORDS],
-    /// Photon power (W) of the query under way by the photons' own place, and a bit for each place that has some.
-    power: Vec<Vec4>,
-    met: [u64; MOST_WORDS],
 }
 
-/// Places of all orders that are ever kept apart, by 64.
-const MOST_WORDS: usize = 256;
-
-/// What adding up asks of a block of photons: power (W; the fourth number is spare: one addition of four is faster than
-/// three), and their place.
-struct PackedBlock {
-    powers: [Vec4; LANES],
-    places: [u16; LANES],
+/// What [`ABREAST`] pixels show, by place; linear RGB radiance.
+struct ByPlace {
+    /// The fourth number means nothing.
+    sums: Vec<[Vec4; ABREAST]>,
+    /// No light has come to places from here on.
+    end: usize,
+    /// How many numbers have been added to each pixel.
+    added: [usize; ABREAST],
+    /// Sums of many numbers are kept here, in f64; empty where they are few.
+    carried: Vec<[DVec4; ABREAST]>,
 }
 
-/// So many photons, or fewer, are summed in f32 before the sum is added to others in f64.
-const RUN: u32 = 1024;
+/// Photons of a map, in its order, as adding them up asks for them.
+struct Packed {
+    photons: Vec<PackedPhoton>,
+    /// They have no place from here on.
+    end: usize,
+}
 
-impl ByOrder {
+/// Power (W), and the place in the bits of the fourth number.
+struct PackedPhoton(Vec4);
+
+impl PackedPhoton {
+    fn new(power: Vec3, place: u16) -> Self {
+        Self(power.extend(f32::from_bits(ONE | u32::from(place))))
+    }
+
+    fn place(&self) -> u16 {
+        self.0.w.to_bits() as u16
+    }
+}
+
+/// The bits of 1.
+const ONE: u32 = 1.0_f32.to_bits();
+
+/// So many numbers, and as many again, are summed in f32 before the sum is added to others in f64.
+const RUN: usize = 1024;
+
+/// So many numbers by place stay near the processor that adds to them.
+const NEAR: usize = 8192;
+
+/// Places of all orders that are ever kept apart.
+const MOST_PLACES: usize = 1 << 14;
+
+impl Places {
     /// For pixels that are also read at the point (s, t).
     fn new(most: MostOrders, (s, t): (f32, f32)) -> Self {
         let across = u16::from(most.m) + 1;
@@ -74,10 +96,7 @@ impl ByOrder {
         let mut weights: Vec<f32> =
             orders.iter().map(|&(n, m)| s.powi(n.into()) * t.powi(m.into())).collect();
         let places = orders.len();
-        assert!(
-            places + usize::from(across) <= 64 * MOST_WORDS,
-            "{most:?}: more pictures than an atlas holds"
-        );
+        assert!(places + usize::from(across) <= MOST_PLACES, "{most:?}: more pictures than an atlas holds");
         let row = |n: u16| {
             if most.cut && n > most.n.into() { places as u16 } else { n.min(most.n.into()) * across }
         };
@@ -87,141 +106,129 @@ impl ByOrder {
             row: std::array::from_fn(|n| row(n as u16)),
             column: std::array::from_fn(|m| (m as u16).min(most.m.into())),
             orders,
-            values: vec![DVec4::ZERO; weights.len()],
-            power: vec![Vec4::ZERO; weights.len()],
-            met: [0; MOST_WORDS],
             weights,
-            touched: [0; MOST_WORDS],
         }
     }
 
     /// The place of light of orders `light`, read by a row that already has `row`.
     #[inline]
-    fn place(&self, row: Orders, light: Orders) -> u16 {
+    fn of(&self, row: Orders, light: Orders) -> u16 {
         self.row[usize::from(row.n) + usize::from(light.n)]
             + self.column[usize::from(row.m) + usize::from(light.m)]
+    }
+
+    /// The place of light that has the given one, read by a row that already has `row`.
+    fn behind(&self, row: Orders, place: u16) -> u16 {
+        self.orders.get(usize::from(place)).map_or(place, |&(n, m)| self.of(row, Orders { n, m }))
+    }
+
+    /// What light at this place counts at the film's point.
+    fn weight(&self, place: u16) -> f32 {
+        self.weights[usize::from(place)]
     }
 
     /// True where all light that a row of these orders reads is left out.
     fn leaves_out(&self, row: Orders) -> bool {
         usize::from(self.row[usize::from(row.n)]) >= self.orders.len()
     }
+}
 
-    /// Adds radiance and returns its share at the film's point.
-    fn add(&mut self, place: u16, value: Vec3) -> Vec3 {
-        let i = usize::from(place);
-        self.values[i] += value.extend(0.0).as_dvec4();
-        self.touched[i / 64 % MOST_WORDS] |= 1 << (i % 64);
-        self.weights[i] * value
+impl ByPlace {
+    fn new(places: &Places) -> Self {
+        let sums = vec![[Vec4::ZERO; ABREAST]; places.weights.len()];
+        Self { sums, end: 0, added: [0; ABREAST], carried: Vec::new() }
     }
 
-    fn packed<P: Power>(&self, map: &PhotonMap<P>) -> Vec<PackedBlock> {
-        let pack = |photons: &[Photon<P>]| {
-            let each = |lane: usize| photons.get(lane);
-            let power = |photon: &Photon<P>| photon.power.light().invisible.extend(0.0);
-            let place = |photon: &Photon<P>| self.place(Orders::default(), photon.orders);
-            PackedBlock {
-                powers: std::array::from_fn(|lane| each(lane).map_or(Vec4::ZERO, power)),
-                places: std::array::from_fn(|lane| each(lane).map_or(0, place)),
+    /// Adds radiance to a pixel.
+    fn add(&mut self, pixel: usize, place: u16, value: Vec3) {
+        self.sums[usize::from(place)][pixel] += value.extend(0.0);
+        self.end = self.end.max(usize::from(place) + 1);
+        self.count(pixel, 1);
+    }
+
+    /// Adds the radiance of photons that bring `factor` (m⁻² sr⁻¹) times their power.
+    #[inline(never)] // the loop needs all registers
+    fn add_photons(&mut self, pixel: usize, Packed { photons, end }: &Packed, found: &Found, factor: Vec3) {
+        let (pixel, factor) = (pixel % ABREAST, factor.extend(0.0));
+        for found in found.places().chunks(RUN) {
+            let sums = &mut self.sums[..];
+            for i in found {
+                let photon = &photons[*i as usize];
+                sums[usize::from(photon.place())][pixel] += factor * photon.0;
             }
-        };
-        map.blocks().map(pack).collect()
+            self.count(pixel, found.len());
+        }
+        self.end = self.end.max(*end);
     }
 
-    /// Adds the photons of the block that have a bit in `bits` to the query under way.
-    #[inline(always)]
-    fn meet(&mut self, block: &PackedBlock, mut bits: u64) {
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize % LANES;
-            bits &= bits - 1;
-            let place = usize::from(block.places[lane]);
-            self.power[place] += block.powers[lane];
-            self.met[place / 64 % MOST_WORDS] |= 1 << (place % 64);
+    fn count(&mut self, pixel: usize, more: usize) {
+        self.added[pixel] += more;
+        if self.added[pixel] > RUN {
+            self.carry();
         }
     }
 
-    /// The place of light that has the given place, read by a row that already has `row`.
-    fn behind(&self, row: Orders, place: usize) -> usize {
-        self.orders.get(place).map_or(place, |&(n, m)| usize::from(self.place(row, Orders { n, m })))
+    #[cold]
+    fn carry(&mut self) {
+        self.carried.resize(self.sums.len(), [DVec4::ZERO; ABREAST]);
+        for (carried, sum) in self.carried.as_flattened_mut().iter_mut().zip(self.sums.as_flattened_mut()) {
+            *carried += std::mem::take(sum).as_dvec4();
+        }
+        self.added = [0; ABREAST];
     }
 
-    /// Ends the query under way: its power times `factor` (m⁻² sr⁻¹) is radiance, read by a row that already has `row`.
-    /// Returns its share at the film's point.
-    fn add_met(&mut self, row: Orders, factor: Vec3) -> Vec3 {
-        let factor = factor.extend(0.0);
-        let mut seen = Vec4::ZERO;
-        for word in 0..self.weights.len().div_ceil(64) {
-            let mut bits = std::mem::take(&mut self.met[word]);
-            let mut each = |places: &mut Self, to: usize, power: usize| {
-                let value = factor * std::mem::take(&mut places.power[power]);
-                places.values[to] += value.as_dvec4();
-                seen += places.weights[to] * value;
-            };
-            if row == Orders::default() {
-                // Most rows; light keeps its place.
-                self.touched[word] |= bits;
-                while bits != 0 {
-                    let place = 64 * word + bits.trailing_zeros() as usize;
-                    bits &= bits - 1;
-                    each(self, place, place);
-                }
-            }
-            while bits != 0 {
-                let place = 64 * word + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let to = self.behind(row, place);
-                self.touched[to / 64 % MOST_WORDS] |= 1 << (to % 64);
-                each(self, to, place);
+    /// Ends the pixels: gives what they show to `take`, by place, as far as there is light, and begins anew.
+    fn end(&mut self, take: impl FnOnce(&[[Vec4; ABREAST]])) {
+        if !self.carried.is_empty() {
+            self.carry();
+            for (sum, carried) in self.sums.iter_mut().zip(self.carried.drain(..)) {
+                *sum = carried.map(DVec4::as_vec4);
             }
         }
-        seen.truncate()
-    }
-
-    /// Takes out (n, m) and light, in rising order.
-    #[inline(always)]
-    fn drain(&mut self) -> impl Iterator<Item = Ordered> {
-        let Self { values, touched, orders, weights, .. } = self;
-        let mut words = touched[..weights.len().div_ceil(64)].iter_mut().enumerate();
-        let (mut bits, mut first) = (0, 0);
-        std::iter::from_fn(move || {
-            while bits == 0 {
-                let (word, touched) = words.next()?;
-                (bits, first) = (std::mem::take(touched), 64 * word);
-            }
-            let place = first + bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let value = std::mem::take(&mut values[place]).truncate().as_vec3();
-            // What is left out has a place behind those of all orders.
-            Some(orders.get(place).map(|&(n, m)| (n, m, value)))
-        })
-        .flatten()
+        take(&self.sums[..self.end]);
+        self.sums[..self.end].fill([Vec4::ZERO; ABREAST]);
+        (self.end, self.added) = (0, [0; ABREAST]);
     }
 }
 
-/// Gathers passes of `plan`, whose scene stands at (1, 1), one with each of `maps`. What each pixel's light by order is in all of
-/// them together is given to `add` with the pixel's own record, one of equal parts of `records`, and a total of its
-/// band of pixels. Returns each pass as it looks at the point `at`, and the totals, topmost first.
-pub fn gather_by_order<P: Power, T: Default + Send>(
+/// Pixels of a row that are added to their records at once.
+pub const ABREAST: usize = 8;
+
+/// Gathers passes of `plan`, whose scene stands at (1, 1), one with each of `maps`. What [`ABREAST`] pixels of a row show in all
+/// of them together is given to `add`: by n, then m, each up to `most`, ended where there is no more light, the fourth number of
+/// each without meaning; with the pixels' own record, one of equal parts of `records` (row by row; the last of a row may have pixels
+/// beyond its end, which are dark), and a total of its band of pixels. Returns each pass as it looks at the point `at`, and the totals,
+/// topmost first.
+pub fn gather_by_order<P: Power, R: Send, T: Default + Send>(
     plan: &Plan,
     connections: &Connections,
     mut maps: Vec<Maps<'_, P>>,
     first_pass: u32,
     (most, at): (MostOrders, (f32, f32)),
-    records: &mut [f32],
-    add: impl Fn(&mut [f32], &[Ordered], &mut T) + Sync,
+    records: &mut [R],
+    add: impl Fn(&mut [R], &[[Vec4; ABREAST]], &mut T) + Sync,
 ) -> (Vec<Gathered<1>>, Vec<T>) {
     let view = plan.scene.camera.view(plan.settings.width as f32 / plan.settings.height as f32);
     let (width, height) = (plan.settings.width as usize, plan.settings.height as usize);
-    let stride = records.len() / (width * height);
-    maps.iter_mut().for_each(|maps| maps.weigh(at));
-    let counting = ByOrder::new(most, at);
-    let of_pass =
-        |maps: &Maps<'_, P>| maps.tiers().iter().map(|tier| counting.packed(&tier.map)).collect::<Vec<_>>();
+    let across = width.div_ceil(ABREAST);
+    let block = records.len() / (across * height);
+    let places = Places::new(most, at);
+    let place = |orders| places.of(Orders::default(), orders);
+    maps.iter_mut().for_each(|maps| maps.weigh(|orders| places.weight(place(orders))));
+    let pack = |tier: &Tier<P>| {
+        let photons = tier.map.photons();
+        let each =
+            |photon: &Photon<P>| PackedPhoton::new(photon.power.light().invisible, place(photon.orders));
+        let ends = photons.par_iter().map(|photon| usize::from(place(photon.orders)) + 1);
+        Packed { photons: photons.par_iter().map(each).collect(), end: ends.max().unwrap_or(0) }
+    };
+    let of_pass = |maps: &Maps<'_, P>| -> Vec<Packed> { maps.tiers().iter().map(pack).collect() };
     let packed: Vec<_> = maps.iter().map(of_pass).collect();
+    let together = (NEAR / places.weights.len()).clamp(ABREAST, TILE_WIDTH) / ABREAST * ABREAST;
     let mut pictures = vec![vec![Pixel::<1>::EMPTY; width * height]; maps.len()];
     // Tiles, so that the photons that pixels share stay near.
     let mut bands: Vec<_> = pictures.iter_mut().map(|pixels| pixels.chunks_mut(width * TILE)).collect();
-    let bands = records.chunks_mut(width * TILE * stride).map(|records| {
+    let bands = records.chunks_mut(across * TILE * block).map(|records| {
         let bands = bands.iter_mut().map(|band| band.next().expect("as many as of records"));
         (records, bands.collect::<Vec<_>>())
     });
@@ -230,45 +237,51 @@ pub fn gather_by_order<P: Power, T: Default + Send>(
         .into_par_iter()
         .enumerate()
         .map(|(band, (records, mut pixels))| {
-            let by_order = ByOrder::new(most, at);
             let mut walk = Walk {
                 plan,
                 view,
                 connections,
                 maps: &maps,
                 packed: &packed,
+                found: Found::default(),
                 pass: 0,
                 nearby: maps.iter().map(|_| Nearby::default()).collect(),
-                by_order,
+                places: &places,
+                kept: (0..together / ABREAST).map(|_| ByPlace::new(&places)).collect(),
+                column: 0,
                 growth: plan.existence.growth().max(1.0),
                 stack: Vec::new(),
                 hits: Vec::new(),
                 between: Vec::new(),
             };
             let mut total = T::default();
-            let (mut light, mut ends): (Vec<Ordered>, Vec<usize>) = (Vec::new(), Vec::new());
             for left in (0..width).step_by(TILE_WIDTH) {
-                for row in 0..records.len() / (width * stride) {
-                    for x in left..(left + TILE_WIDTH).min(width) {
-                        let (y, index) = (band * TILE + row, row * width + x);
+                for row in 0..records.len() / (across * block) {
+                    let right = (left + TILE_WIDTH).min(width);
+                    for left in (left..right).step_by(together) {
+                        let right = (left + together).min(right);
                         for (i, pixels) in pixels.iter_mut().enumerate() {
-                            let pass = first_pass + i as u32;
-                            let seed = plan.settings.seed;
-                            let rng = Rng::new(seed, Stream::Gather, pass, (y * width + x) as u64);
                             walk.pass = i;
-                            pixels[index] = walk.pixel(x as u32, y as u32, rng);
+                            for x in left..right {
+                                let (y, pass) = (band * TILE + row, first_pass + i as u32);
+                                let index = (y * width + x) as u64;
+                                let rng = Rng::new(plan.settings.seed, Stream::Gather, pass, index);
+                                walk.column = x - left;
+                                pixels[row * width + x] = walk.pixel(x as u32, y as u32, rng);
+                            }
                         }
-                        light.extend(walk.by_order.drain());
-                        ends.push(light.len());
+                        // What adding needs does not stay near while others are gathered, nor photons of one pass while those of
+                        // another are: each is done for many pixels.
+                        let records =
+                            records[(row * across + left / ABREAST) * block..].chunks_exact_mut(block);
+                        let used = (right - left).div_ceil(ABREAST);
+                        for (record, kept) in records.zip(&mut walk.kept[..used]) {
+                            // What is left out has a place behind those of all orders.
+                            kept.end(|light| {
+                                add(record, &light[..light.len().min(places.orders.len())], &mut total);
+                            });
+                        }
                     }
-                    // Many pixels at a time: what adding needs does not stay near while others are gathered.
-                    let mut begin = 0;
-                    let records = records[(row * width + left) * stride..].chunks_exact_mut(stride);
-                    for (record, end) in records.zip(ends.drain(..)) {
-                        add(record, &light[begin..end], &mut total);
-                        begin = end;
-                    }
-                    light.clear();
                 }
             }
             total
@@ -323,16 +336,21 @@ struct Walk<'a, P> {
     /// By pass, and so the next two.
     maps: &'a [Maps<'a, P>],
     /// Of each map.
-    packed: &'a [Vec<Vec<PackedBlock>>],
+    packed: &'a [Vec<Packed>],
+    found: Found,
     nearby: Vec<Nearby>,
     /// Which of the passes it is, from the first.
     pass: usize,
-    by_order: ByOrder,
+    places: &'a Places,
+    /// Of a row of pixels.
+    kept: Vec<ByPlace>,
+    /// Which of them it is.
+    column: usize,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
     stack: Vec<Line>,
     hits: Vec<Hit>,
-    between: Vec<Hit>,
+    between: Vec<u32>,
 }
 
 impl<P: Power> Walk<'_, P> {
@@ -369,8 +387,10 @@ impl<P: Power> Walk<'_, P> {
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
-                let place = self.by_order.place(reading.orders, Orders::default());
-                pixel.parts[0].emitted += self.by_order.add(place, reading.row * emission.radiance);
+                let place = self.places.of(reading.orders, Orders::default());
+                let seen = reading.row * emission.radiance;
+                self.kept[self.column / ABREAST].add(self.column % ABREAST, place, seen);
+                pixel.parts[0].emitted += self.places.weight(place) * seen;
             }
             if delta_chain < most {
                 let here = Here {
@@ -409,31 +429,41 @@ impl<P: Power> Walk<'_, P> {
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
             let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
-            let by_order = &mut self.by_order;
-            let (maps, packed) = (&self.maps[self.pass], &self.packed[self.pass]);
+            let (maps, packed, places) = (&self.maps[self.pass], &self.packed[self.pass], self.places);
+            let (kept, found) = (&mut self.kept[self.column / ABREAST], &mut self.found);
+            let column = self.column % ABREAST;
             if maps.tiers().is_empty() {
                 continue;
             }
             let around = maps.around(&mut self.nearby[self.pass], point, footprint);
             let disks = maps.disks(around, point, normal, footprint);
-            for ((tier, blocks), near) in maps.tiers().iter().zip(packed).zip(&around.photons) {
-                let (mut value, mut length) = (Vec3::ZERO, 0_u32);
+            for ((tier, photons), near) in maps.tiers().iter().zip(packed).zip(&around.photons) {
+                if near.is_empty() {
+                    continue;
+                }
                 let disk = tier.disk(&disks);
+                let flux = tier.find(near, [point.position, normal], disk, most, found);
                 let factor = f * reading.row.invisible;
                 let over_whole = disk.over_whole * factor;
-                let inner = tier.each(near, [point.position, normal], disk, most, |block, bits| {
-                    by_order.meet(&blocks[block], bits);
-                    length += LANES as u32;
-                    if length >= RUN {
-                        value += by_order.add_met(reading.orders, over_whole);
-                        length = 0;
+                let row = reading.orders;
+                let (value, inner) = if row == Orders::default() {
+                    // Most rows; light keeps its place.
+                    kept.add_photons(column, photons, found, over_whole);
+                    (over_whole * flux.whole.light().invisible, flux.inner.light().invisible)
+                } else {
+                    let mut value = Vec3::ZERO;
+                    for i in found.places() {
+                        let photon = &photons.photons[*i as usize];
+                        let place = places.behind(row, photon.place());
+                        let seen = over_whole * photon.0.truncate();
+                        kept.add(column, place, seen);
+                        value += places.weight(place) * seen;
                     }
-                });
-                value += by_order.add_met(reading.orders, over_whole);
-                // Row and photons are weighed apart, which forgets that orders beyond the last stored count as the last:
-                // it serves the bias alone.
-                let row = by_order.weights[usize::from(by_order.place(reading.orders, Orders::default()))];
-                let inner = row * inner.light().invisible;
+                    // Row and photons are weighed apart, which forgets that orders beyond the last stored count as the last:
+                    // it serves the bias alone.
+                    let row = places.weight(places.of(row, Orders::default()));
+                    (value, row * flux.inner.light().invisible)
+                };
                 *pixel.parts[0].of(tier.class) += value;
                 pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
             }
@@ -442,7 +472,8 @@ impl<P: Power> Walk<'_, P> {
 
     fn connect(&mut self, reading: Reading, term: &Term, here: &Here<'_>, parts: &mut Parts, rng: &mut Rng) {
         let Here { point, wo, .. } = *here;
-        let Self { plan, connections, by_order, between, .. } = self;
+        let Self { plan, connections, places, between, .. } = self;
+        let (kept, column) = (&mut self.kept[self.column / ABREAST], self.column % ABREAST);
         let mut visit = |connection: Connection| {
             let f = term.lobe.eval(&point.normals, wo, connection.wi)
                 * connection.wi.dot(point.normals.shading).abs();
@@ -450,9 +481,14 @@ impl<P: Power> Walk<'_, P> {
                 return;
             }
             let (through, crossed) = straight_along(plan, &connection.segment, between);
+            if through.is_zero() {
+                return;
+            }
             let light: Light = f * (through * connection.light);
-            let place = by_order.place(reading.orders, crossed);
-            parts.direct += by_order.add(place, reading.row * light);
+            let place = places.of(reading.orders, crossed);
+            let seen = reading.row * light;
+            kept.add(column, place, seen);
+            parts.direct += places.weight(place) * seen;
         };
         connections.to_all(&plan.scene, point, &mut visit);
         connections.to_one(&plan.scene, point, rng.f32x3()).into_iter().for_each(visit);
@@ -469,11 +505,11 @@ impl<P: Power> Walk<'_, P> {
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let Self { plan, growth, stack, by_order, .. } = self;
+        let Self { plan, growth, stack, places, .. } = self;
         let surface = Surface { rows: [reading.row], bsdf: &material.bsdf, point, wo };
         branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
             let orders = reading.before(material, branch.term).orders;
-            if by_order.leaves_out(orders) {
+            if places.leaves_out(orders) {
                 return;
             }
             stack.push(Line {
@@ -492,13 +528,83 @@ impl<P: Power> Walk<'_, P> {
 }
 
 /// What light that travels a connection is multiplied by, and the crossings that it counts.
-fn straight_along(plan: &Plan, segment: &Ray, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
-    plan.rays.crossings(segment, hits);
-    let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
-    for hit in hits.iter() {
-        let material = &plan.scene.materials[plan.material_index(hit.triangle)];
-        through = through * material.bsdf.straight;
-        orders = orders.crossed(material);
+fn straight_along(plan: &Plan, segment: &Ray, passed: &mut Vec<u32>) -> (Matrix, Orders) {
+    let through = plan.rays.passed(segment, passed);
+    let material = |triangle: &u32| &plan.scene.materials[plan.material_index(*triangle)];
+    (through, passed.iter().map(material).fold(Orders::default(), Orders::crossed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Invisible;
+    use crate::photon_map::{Neighbourhood, PhotonMap};
+
+    fn places() -> Places {
+        Places::new(MostOrders { n: 2, m: 1, cut: true }, (0.5, 0.25))
     }
-    (through, orders)
+
+    #[test]
+    fn places_are_those_of_orders() {
+        let places = places();
+        let place = |n, m| places.of(Orders::default(), Orders { n, m });
+        assert_eq!([place(0, 0), place(0, 1), place(0, 9), place(2, 0), place(2, 1)], [0, 1, 1, 4, 5]);
+        assert_eq!([place(3, 0), place(255, 1)], [6, 7], "left out");
+        assert_eq!(places.weight(place(2, 1)), 0.25 * 0.25);
+        assert_eq!(places.weight(place(3, 0)), 0.0);
+        let row = Orders { n: 1, m: 1 };
+        assert_eq!(places.behind(row, place(1, 0)), place(2, 1));
+        assert_eq!(places.behind(row, place(2, 0)), place(3, 1));
+        assert!(!places.leaves_out(row) && places.leaves_out(Orders { n: 3, m: 0 }));
+    }
+
+    #[test]
+    fn many_numbers_are_summed_without_loss() {
+        let mut kept = ByPlace::new(&places());
+        let numbers = 3_000_000;
+        // Twice: what was there is gone.
+        for _ in 0..2 {
+            kept.add(2, 1, Vec3::splat(7.0));
+            for _ in 0..numbers {
+                kept.add(5, 3, Vec3::new(0.1, 1.0, 3e-9));
+            }
+            kept.end(|light| {
+                assert_eq!(light.len(), 4);
+                let sum = light[3][5].truncate() / numbers as f32;
+                let off = (sum / Vec3::new(0.1, 1.0, 3e-9) - 1.0).abs().max_element();
+                assert!(off < 1e-5, "{off}: in f32 it would be 0.1");
+                assert_eq!(light[1][2].truncate(), Vec3::splat(7.0));
+                let lit = light.iter().flatten().filter(|light| light.truncate() != Vec3::ZERO);
+                assert_eq!(lit.count(), 2);
+            });
+        }
+    }
+
+    #[test]
+    fn photons_are_added_where_they_belong() {
+        let powers: Vec<Vec3> = (0..5000).map(|i| Vec3::new(1.0, (i % 7) as f32, (i % 3) as f32)).collect();
+        let photons = powers.iter().enumerate().map(|(i, power)| PackedPhoton::new(*power, i as u16 % 6));
+        let packed = Packed { photons: photons.collect(), end: 6 };
+        let map = PhotonMap::build(
+            powers.iter().map(|power| Photon::new(Vec3::ZERO, Vec3::Y, Invisible(*power), 1)).collect(),
+        );
+        let (mut near, mut found) = (Neighbourhood::default(), Found::default());
+        map.neighbourhood(Vec3::ZERO, 1.0, &mut near);
+        map.find(&near, [Vec3::ZERO, Vec3::Y], 0.5, u16::MAX, &mut found);
+        let (mut together, mut one_by_one) = (ByPlace::new(&places()), ByPlace::new(&places()));
+        let factor = Vec3::new(0.5, 2.0, 1.0);
+        together.add_photons(3, &packed, &found, factor);
+        for (i, power) in powers.iter().enumerate() {
+            one_by_one.add(3, i as u16 % 6, factor * *power);
+        }
+        together.end(|a| {
+            one_by_one.end(|b| {
+                assert!(a.len() == 6 && b.len() == 6);
+                for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
+                    assert!((*a - *b).truncate().abs().max_element() < 1e-3, "{a} {b}");
+                }
+                assert!(b[5][3].truncate().min_element() > 400.0);
+            });
+        });
+    }
 }

@@ -1,11 +1,11 @@
 //! Density estimation: a photon map for each class of paths and gather radius.
 
 use crate::light::Power;
-use crate::photon_map::{Neighbourhood, PhotonMap};
+use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
 use crate::plan::{LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
-use crate::shoot::{PathClass, Photons};
+use crate::shoot::{Orders, PathClass, Photons};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -157,13 +157,10 @@ impl<'a, P: Power> Maps<'a, P> {
         &self.tiers
     }
 
-    /// Multiplies what is read by sⁿ tᵐ of each photon's orders: the maps of a scene at (1, 1) become those of the point
-    /// (s, t). The photons themselves stay as they are.
-    pub(super) fn weigh(&mut self, (s, t): (f32, f32)) {
-        let powers = |x: f32| -> Vec<f32> { (0..=u8::MAX).map(|n| x.powi(n.into())).collect() };
-        let (s, t) = (powers(s), powers(t));
+    /// Multiplies what is read by a weight of each photon's orders. The photons themselves stay as they are.
+    pub(super) fn weigh(&mut self, weight: impl Fn(Orders) -> f32 + Sync) {
         for tier in &mut self.tiers {
-            tier.map.weigh(|photon| s[usize::from(photon.orders.n)] * t[usize::from(photon.orders.m)]);
+            tier.map.weigh(|photon| weight(photon.orders));
         }
     }
 }
@@ -174,17 +171,16 @@ impl<P: Power> Tier<P> {
         &disks[self.level]
     }
 
-    /// Calls `visit` with the number of each block of photons around the disk, and a bit for each that counts there
-    /// after no more than `most_reflections`. Returns the power on the disk of half the radius.
-    pub fn each(
+    /// The power on the disk after no more than `most_reflections`, and the photons that bring it.
+    pub fn find(
         &self,
         near: &Neighbourhood,
         place: [Vec3; 2],
         disk: &Disk,
         most_reflections: u16,
-        visit: impl FnMut(usize, u64),
-    ) -> P {
-        self.map.visit_near(near, place, disk.radius, most_reflections, visit)
+        found: &mut Found,
+    ) -> Flux<P> {
+        self.map.find(near, place, disk.radius, most_reflections, found)
     }
 }
 

@@ -12,7 +12,7 @@ mod estimate;
 mod polygon;
 
 use branches::{Parent, Surface, branches};
-pub use by_order::{MostOrders, Ordered, gather_by_order};
+pub use by_order::{ABREAST, MostOrders, gather_by_order};
 pub use connect::Connections;
 use direct::{Begun, Open};
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};

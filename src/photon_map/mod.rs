@@ -94,8 +94,8 @@ impl<P: Power> PhotonMap<P> {
     }
 
     /// All photons, neighbours in space near each other.
-    pub fn into_photons(self) -> Vec<Photon<P>> {
-        self.photons
+    pub fn photons(&self) -> &[Photon<P>] {
+        &self.photons
     }
 
     /// True when there is none.
@@ -177,55 +177,35 @@ impl<P: Power> PhotonMap<P> {
 
     /// How many photons [`flux`](Self::flux) meets.
     pub fn count(&self, position: Vec3, normal: Vec3, radius: f32) -> usize {
-        let mut count = 0;
-        self.visit(position, normal, radius, u16::MAX, |_, inside| count += inside.count_ones() as usize);
+        let (disk, mut count) = (Disk::new(position, normal, radius), 0);
+        dispatch!(self.level, simd => {
+            self.each_block(simd, self, &disk, u16::MAX, |_, inside, _| {
+                count += inside.to_bitmask().count_ones() as usize;
+            });
+        });
         count
     }
 
-    /// All photons, in blocks of sixteen (the last may be shorter), neighbours in space near each other.
-    pub fn blocks(&self) -> impl IndexedParallelIterator<Item = &[Photon<P>]> {
-        self.photons.par_chunks(LANES)
-    }
-
-    /// Shows where the photons are that [`flux`](Self::flux) adds up, in the order of the tree: the number of a block, and a bit
-    /// for each of its photons that counts. Returns the power within half the radius.
-    pub fn visit(
-        &self,
-        position: Vec3,
-        normal: Vec3,
-        radius: f32,
-        most_reflections: u16,
-        visit: impl FnMut(usize, u64),
-    ) -> P {
-        self.visit_among(self, &Disk::new(position, normal, radius), most_reflections, visit)
-    }
-
-    /// The same, from a [`neighbourhood`](Self::neighbourhood) that the disk lies within.
-    pub fn visit_near(
+    /// What [`flux_near`](Self::flux_near) returns; and finds the photons that it adds up.
+    pub fn find(
         &self,
         near: &Neighbourhood,
         [position, normal]: [Vec3; 2],
         radius: f32,
         most_reflections: u16,
-        visit: impl FnMut(usize, u64),
-    ) -> P {
-        self.visit_among(near, &Disk::new(position, normal, radius), most_reflections, visit)
-    }
-
-    fn visit_among(
-        &self,
-        among: &impl Boxes,
-        disk: &Disk,
-        most_reflections: u16,
-        mut visit: impl FnMut(usize, u64),
-    ) -> P {
+        found: &mut Found,
+    ) -> Flux<P> {
+        found.count = 0;
+        let disk = Disk::new(position, normal, radius);
         dispatch!(self.level, simd => {
-            let mut inner = Sums::zero(simd);
-            self.each_block(simd, among, disk, most_reflections, |block, inside, near| {
-                inner.add(&self.powers[P::COMPONENTS * block..][..P::COMPONENTS], near);
-                visit(block, inside.to_bitmask());
+            let (mut whole, mut inner) = (Sums::zero(simd), Sums::zero(simd));
+            self.each_block(simd, near, &disk, most_reflections, |block, inside, near| {
+                let powers = &self.powers[P::COMPONENTS * block..][..P::COMPONENTS];
+                whole.add(powers, inside);
+                inner.add(powers, near);
+                found.append((LANES * block) as u32, inside.to_bitmask());
             });
-            inner.total()
+            Flux { whole: whole.total(), inner: inner.total() }
         })
     }
 
@@ -240,6 +220,54 @@ impl<P: Power> PhotonMap<P> {
         });
     }
 }
+
+/// The photons that a query [finds](PhotonMap::find), in the order of the tree.
+#[derive(Default)]
+pub struct Found {
+    /// Those behind `count` mean nothing.
+    places: Vec<u32>,
+    count: usize,
+}
+
+impl Found {
+    /// Where they stand among [all](PhotonMap::photons).
+    pub fn places(&self) -> &[u32] {
+        &self.places[..self.count]
+    }
+
+    /// Adds `first` + i for each bit i of the lowest [`LANES`] that is set. Without a branch for each: nobody could guess it.
+    #[inline(always)]
+    fn append(&mut self, first: u32, bits: u64) {
+        if self.places.len() < self.count + LANES {
+            self.places.resize(2 * self.count + 16 * LANES, 0);
+        }
+        for (byte, first) in [(bits & 255, first), (bits >> 8 & 255, first + 8)] {
+            let places = &mut self.places[self.count..][..8];
+            for (place, bit) in places.iter_mut().zip(BITS[byte as usize]) {
+                *place = first + u32::from(bit);
+            }
+            self.count += byte.count_ones() as usize;
+        }
+    }
+}
+
+/// Which bits of a byte are set: so many, and zeros.
+const BITS: [[u8; 8]; 256] = {
+    let mut all = [[0; 8]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut count) = (0, 0);
+        while bit < 8 {
+            if byte >> bit & 1 == 1 {
+                all[byte][count] = bit as u8;
+                count += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    all
+};
 
 /// Where blocks of photons are looked for.
 trait Boxes {
@@ -419,7 +447,7 @@ mod tests {
     fn neighbourhoods_hold_all_that_is_asked_for() {
         let map = PhotonMap::build(corner());
         let mut rng = Rng::new(5, Stream::Test, 0, 0);
-        let mut near = Neighbourhood::default();
+        let (mut near, mut found) = (Neighbourhood::default(), Found::default());
         let mut met = 0;
         for _ in 0..100 {
             let [x, z, r] = rng.f32x3();
@@ -430,10 +458,9 @@ mod tests {
                 let place = [centre + aside, Vec3::Y];
                 let flux = map.flux_near(&near, place, radius, 9);
                 assert_eq!(flux, map.flux(place[0], place[1], radius, 9));
-                let mut count = 0;
-                map.visit_near(&near, place, radius, 9, |_, bits| count += bits.count_ones());
-                assert_eq!(count as f32, flux.whole.0.x);
-                met += count;
+                assert_eq!(map.find(&near, place, radius, 9, &mut found), flux);
+                assert_eq!(found.places().len() as f32, flux.whole.0.x);
+                met += found.places().len();
             }
         }
         assert!(met > 100_000, "{met}");
@@ -447,7 +474,7 @@ mod tests {
         let points: Vec<[f32; 3]> = photons.iter().map(|photon| photon.position.to_array()).collect();
         let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&points).expect("finite positions");
         let map = PhotonMap::build(photons.clone());
-        let blocks: Vec<_> = map.blocks().collect();
+        let (mut near, mut found) = (Neighbourhood::default(), Found::default());
         let mut rng = Rng::new(3, Stream::Test, 0, 0);
         let mut all = 0;
         for _ in 0..300 {
@@ -462,11 +489,12 @@ mod tests {
                     theirs.push(photon.position.to_array().map(f32::to_bits));
                 }
             });
-            let mut ours = Vec::new();
-            map.visit(Vec3::from_array(place), normal, r, u16::MAX, |block, inside| {
-                let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
-                ours.extend(counted.map(|(_, photon)| photon.position.to_array().map(f32::to_bits)));
-            });
+            let place = Vec3::from_array(place);
+            map.neighbourhood(place, 1.01 * r, &mut near);
+            map.find(&near, [place, normal], r, u16::MAX, &mut found);
+            let photons = found.places().iter().map(|place| &map.photons()[*place as usize]);
+            let mut ours: Vec<_> =
+                photons.map(|photon| photon.position.to_array().map(f32::to_bits)).collect();
             theirs.sort_unstable();
             ours.sort_unstable();
             assert!(ours == theirs, "{} instead of {} near {place:?}, radius {r}", ours.len(), theirs.len());
@@ -476,22 +504,22 @@ mod tests {
     }
 
     #[test]
-    fn visits_are_of_what_is_added_up() {
+    fn what_is_found_is_what_is_added_up() {
         let mut rng = Rng::new(4, Stream::Test, 0, 0);
         let photons =
             corner().into_iter().map(|photon| Photon { reflections: (rng.u32() % 7) as u16, ..photon });
         let mut map = PhotonMap::build(photons.collect());
         map.weigh(|photon| 1.0 + f32::from(photon.reflections));
-        let blocks: Vec<Vec<_>> = map.blocks().map(<[_]>::to_vec).collect();
+        let (mut near, mut found) = (Neighbourhood::default(), Found::default());
+        let centre = Vec3::new(0.4, 0.0, 0.3);
+        map.neighbourhood(centre, 0.11, &mut near);
         for most in [3, u16::MAX] {
-            let mut whole = 0.0;
-            let inner = map.visit(Vec3::new(0.4, 0.0, 0.3), Vec3::Y, 0.1, most, |block, inside| {
-                let counted = blocks[block].iter().enumerate().filter(|(lane, _)| inside >> lane & 1 == 1);
-                whole += counted.map(|(_, photon)| 1.0 + f32::from(photon.reflections)).sum::<f32>();
-            });
-            let flux = map.flux(Vec3::new(0.4, 0.0, 0.3), Vec3::Y, 0.1, most);
-            assert!(inner == flux.inner && inner.0.x > 100.0);
+            let flux = map.find(&near, [centre, Vec3::Y], 0.1, most, &mut found);
+            assert!(flux == map.flux(centre, Vec3::Y, 0.1, most) && flux.inner.0.x > 100.0);
+            let photons = found.places().iter().map(|place| &map.photons()[*place as usize]);
+            let whole: f32 = photons.map(|photon| 1.0 + f32::from(photon.reflections)).sum();
             assert!((whole / flux.whole.0.x - 1.0).abs() < 1e-5, "{whole} for {:?}", flux.whole);
+            assert!(found.places().is_sorted_by(|a, b| a < b));
         }
     }
 

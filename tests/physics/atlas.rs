@@ -203,7 +203,7 @@ fn passes_rendered_together_are_those_rendered_one_by_one() {
     assert_eq!(together.film().mean(Layer::Visible), one_by_one.film().mean(Layer::Visible));
     let (together, one_by_one) = (together.atlas().expect("one"), one_by_one.atlas().expect("one"));
     assert_eq!((together.passes, one_by_one.passes, one_by_one.groups), (PASSES, PASSES, PASSES));
-    assert_eq!(together.groups, 16 + 4 + 3 + 2 + 1, "by two, three and four, and one that was left");
+    assert_eq!(together.groups, 8 + 2 + 2 + 6 + 1, "by two, three and four, and one that was left");
     for (a, b) in together.planes.iter().flatten().zip(one_by_one.planes.iter().flatten()) {
         assert!((*a - *b).abs().max_element() < 1e-5 * (1e-3 + b.max_element()), "{a} instead of {b}");
     }
