@@ -32,7 +32,7 @@ impl Atlas {
         planes: impl Iterator<Item = Plane<'a>>,
         errors: impl Iterator<Item = Plane<'a>>,
     ) -> Vec<WrittenLayer<'a>> {
-        let light = planes.enumerate().filter(|(_, plane)| plane.most > 0.0).map(|(bin, plane)| {
+        let light = planes.enumerate().filter(|(_, plane)| !plane.is_dark()).map(|(bin, plane)| {
             let (n, m) = (self.n.powers()[bin / self.m.len()], self.m.powers()[bin % self.m.len()]);
             plane.written(format!("atlas.{n}.{m}"), LIGHT_BITS)
         });
@@ -185,6 +185,11 @@ impl<'a> Plane<'a> {
         WrittenLayer { name, half, line }
     }
 
+    /// True where there is no light: what is not a number is not none.
+    pub fn is_dark(&self) -> bool {
+        self.mean == 0.0
+    }
+
     /// True where the exponents of halves reach: what they round off beyond the mantissas is below 2⁻¹¹ of the plane's mean.
     fn suits_half(&self) -> bool {
         self.most <= LARGEST_HALF && self.mean >= f64::from(SMALLEST_HALF)
@@ -223,6 +228,10 @@ mod tests {
         {
             assert_eq!(Plane::of(&plane(x)).suits_half(), suits, "{x}");
         }
+        let mut planes = [plane(0.0), plane(0.0), plane(1e-44)];
+        planes[1][3].y = f32::NAN;
+        assert_eq!(planes.each_ref().map(|plane| Plane::of(plane).is_dark()), [true, false, false]);
+        assert!(!Plane::of(&planes[1]).suits_half());
     }
 
     #[test]

@@ -216,7 +216,7 @@ impl AtlasSums {
         let [light, errors] = self.written();
         let mut atlas = self.facts();
         atlas.planes =
-            light.par_iter().map(|plane| if plane.most > 0.0 { all(plane) } else { Vec::new() }).collect();
+            light.par_iter().map(|plane| if plane.is_dark() { Vec::new() } else { all(plane) }).collect();
         if let Some(found) = &mut atlas.errors {
             found.planes = errors.par_iter().map(all).collect();
         }
