@@ -89,16 +89,14 @@ impl AtGrid {
     pub fn of<S: Simd>(&self, simd: S, sums: &[Colours]) -> [Colours; POINTS] {
         let mut values = [Colours::default(); POINTS];
         for (sums, s_powers) in sums.chunks_exact(self.t_powers.len()).zip(&self.s_powers) {
-            for (i, (values, s_powers)) in
-                values.as_chunks_mut::<{ GRID.len() }>().0.iter_mut().zip(s_powers.as_chunks().0).enumerate()
-            {
+            let s_powers = s_powers.as_chunks::<{ GRID.len() }>().0;
+            for (i, (values, s_powers)) in values.chunks_exact_mut(GRID.len()).zip(s_powers).enumerate() {
                 let mut by_t = [f32x8::simd_from(simd, 0.0); 3];
                 for (sum, t_powers) in sums.iter().zip(&self.t_powers) {
                     if t_powers[i] != 0.0 {
                         nodes::add(simd, &mut by_t, sum, t_powers[i]);
                     }
                 }
-                let s_powers: &[f32; GRID.len()] = s_powers;
                 for (value, s_power) in values.iter_mut().zip(s_powers).filter(|(_, power)| **power != 0.0) {
                     for (value, by_t) in value.iter_mut().zip(by_t) {
                         (f32x8::load_array_ref(simd, value) + by_t * *s_power).store_array(value);

@@ -201,12 +201,12 @@ const SMALLEST_HALF: f32 = 6.103_515_6e-5;
 /// The largest.
 const LARGEST_HALF: f32 = 65_504.0;
 
-/// To nearest, with so many bits behind the leading one. Finite numbers only.
+/// To nearest, with so many bits behind the leading one. What is not finite stays as it is.
 fn round_mantissa(x: f32, bits: u32) -> f32 {
     let dropped = 23 - bits;
     let half = 1_u32 << (dropped - 1);
     let rounded = f32::from_bits((x.to_bits() + half) & !((1 << dropped) - 1));
-    if rounded.is_finite() { rounded } else { x }
+    if x.is_finite() && rounded.is_finite() { rounded } else { x }
 }
 
 #[cfg(test)]
@@ -218,6 +218,9 @@ mod tests {
         for x in [1.0_f32, 0.3, -7.7, 1e-30, 3e38, 0.0, f32::MAX] {
             let off = (round_mantissa(x, LIGHT_BITS) - x).abs();
             assert!(off <= x.abs() * 2_f32.powi(-11) * 1.0001, "{x}");
+        }
+        for bits in [0x7f80_0000, 0xff80_0000, 0x7fc0_0000, 0x7fff_ffff] {
+            assert_eq!(round_mantissa(f32::from_bits(bits), LIGHT_BITS).to_bits(), bits);
         }
     }
 

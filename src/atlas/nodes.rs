@@ -204,7 +204,7 @@ fn by_colour<S: Simd>(simd: S, light: &[Vec4; ABREAST]) -> [f32x8<S>; 3] {
 }
 
 #[inline(always)]
-pub fn load<S: Simd>(simd: S, from: &Colours) -> [f32x8<S>; 3] {
+fn load<S: Simd>(simd: S, from: &Colours) -> [f32x8<S>; 3] {
     std::array::from_fn(|c| f32x8::load_array_ref(simd, &from[c]))
 }
 

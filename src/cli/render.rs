@@ -121,13 +121,12 @@ fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
     match render.atlas_run() {
         None => write_exr(exr, render.film(), &render.header())?,
         Some(atlas) => {
-            let image = render.film().image(&render.header());
-            let mut header = image.header.clone();
-            let atlas = atlas.layers(&mut header);
+            let mut image = render.film().image(&render.header());
+            let atlas = atlas.layers(&mut image.header);
             let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
             // A hundred noisy pictures: compressing them takes longer than writing what it saves.
             let compression = Compression::Uncompressed;
-            write_layers_exr(exr, (image.width, image.height), &header, &layers, compression)?;
+            write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
         }
     }
     write_png(png, render.film(), exposure)?;

@@ -226,10 +226,11 @@ fn facts_come_back_and_equal_renders_are_equal_files() {
         .with("passes", 12_u32)
         .with("photons", 5_000_000_000_u64)
         .with("seconds", 1.25)
+        .with("illumination", "a long story; ".repeat(10_000))
         .with("passes", 2_u32);
     write_exr(&file, &film, &header).unwrap();
     let read = read_exr(&file).unwrap().header;
-    for name in ["version", "scene", "seconds", "passes"] {
+    for name in ["version", "scene", "seconds", "illumination", "passes"] {
         assert_eq!(read.get(name), header.get(name), "{name}");
     }
     assert_eq!(read.get("passes"), Some(&Value::Integer(2)));

@@ -202,10 +202,10 @@ fn sample_triangle(
         && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
     {
         let [b1, b2] = barycentrics(corners, direction)?;
-        return Some((scene.mesh.flat_point(triangle, b1, b2), Density::SolidAngle(sr as f32)));
+        return Some((scene.mesh.point(triangle, b1, b2, false), Density::SolidAngle(sr as f32)));
     }
     let [b1, b2] = crate::sampling::warp::triangle(u);
-    Some((scene.mesh.flat_point(triangle, b1, b2), Density::Area))
+    Some((scene.mesh.point(triangle, b1, b2, false), Density::Area))
 }
 
 /// A direction uniform over the solid angle of the triangle `corners` (relative to the eye), and that angle in sr.
@@ -277,7 +277,7 @@ mod tests {
         let strata = 256;
         for corners in triangles {
             let [a, b, c] = corners.map(DVec3::normalize);
-            let (mut sum, mut all) = (DVec3::ZERO, 0.0);
+            let mut sum = DVec3::ZERO;
             for i in 0..strata * strata {
                 let u = [i % strata, i / strata].map(|i| (i as f32 + 0.5) / strata as f32);
                 let (direction, sr) = sample_spherical_triangle(corners, u).expect("seen");
@@ -286,15 +286,14 @@ mod tests {
                 let side = a.dot(b.cross(c)).signum();
                 assert!(inside.iter().all(|inside| inside * side > -1e-6), "{direction}: {inside:?}");
                 sum += sr * direction;
-                all = sr;
             }
             let mean = sum / f64::from(strata * strata);
             // The integral of the direction over the solid angle, by its edges.
             let edge = |p: DVec3, q: DVec3| 0.5 * p.angle_between(q) * p.cross(q).normalize();
             let exact = (edge(a, b) + edge(b, c) + edge(c, a)) * a.dot(b.cross(c)).signum();
             let off = (mean - exact).length() / exact.length();
-            assert!(off < 2e-3, "{mean} for {exact}, over {all} sr");
-            assert!((1.02 * mean - exact).length() > 2e-3 * exact.length(), "2 % would be seen");
+            // A tenth of the 2 % that must be told.
+            assert!(off < 2e-3, "{mean} for {exact}");
         }
     }
 

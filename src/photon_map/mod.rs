@@ -107,7 +107,7 @@ impl<P: Power> PhotonMap<P> {
     /// than `most_reflections`. Sums are taken in the order of the tree.
     pub fn flux(&self, position: Vec3, normal: Vec3, radius: f32, most_reflections: u16) -> Flux<P> {
         let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => self.sum(simd, self, &disk, most_reflections))
+        dispatch!(self.level, simd => self.sum(simd, self, &disk, most_reflections, |_, _| {}))
     }
 
     /// The same, from a [`neighbourhood`](Self::neighbourhood) that the disk lies within.
@@ -122,7 +122,7 @@ impl<P: Power> PhotonMap<P> {
             return Flux::default();
         }
         let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => self.sum(simd, near, &disk, most_reflections))
+        dispatch!(self.level, simd => self.sum(simd, near, &disk, most_reflections, |_, _| {}))
     }
 
     /// Finds the blocks that come within `radius` (m) of `centre`.
@@ -137,13 +137,22 @@ impl<P: Power> PhotonMap<P> {
         });
     }
 
+    /// Shows `met` each block that has photons which count, and those.
     #[inline(always)]
-    fn sum<S: Simd>(&self, simd: S, among: &impl Boxes, disk: &Disk, most_reflections: u16) -> Flux<P> {
+    fn sum<S: Simd>(
+        &self,
+        simd: S,
+        among: &impl Boxes,
+        disk: &Disk,
+        most_reflections: u16,
+        mut met: impl FnMut(usize, mask32x16<S>),
+    ) -> Flux<P> {
         let (mut whole, mut inner) = (Sums::zero(simd), Sums::zero(simd));
         self.each_block(simd, among, disk, most_reflections, |block, inside, near| {
             let powers = &self.powers[P::COMPONENTS * block..][..P::COMPONENTS];
             whole.add(powers, inside);
             inner.add(powers, near);
+            met(block, inside);
         });
         Flux { whole: whole.total(), inner: inner.total() }
     }
@@ -197,16 +206,14 @@ impl<P: Power> PhotonMap<P> {
     ) -> Flux<P> {
         found.count = 0;
         let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => {
-            let (mut whole, mut inner) = (Sums::zero(simd), Sums::zero(simd));
-            self.each_block(simd, near, &disk, most_reflections, |block, inside, near| {
-                let powers = &self.powers[P::COMPONENTS * block..][..P::COMPONENTS];
-                whole.add(powers, inside);
-                inner.add(powers, near);
-                found.append((LANES * block) as u32, inside.to_bitmask());
-            });
-            Flux { whole: whole.total(), inner: inner.total() }
-        })
+        dispatch!(self.level, simd => self.sum(
+            simd,
+            near,
+            &disk,
+            most_reflections,
+            #[inline(always)]
+            |block, inside| found.append((LANES * block) as u32, inside.to_bitmask()),
+        ))
     }
 
     /// Multiplies what queries add up by a number for each photon; the photons themselves stay as they are.

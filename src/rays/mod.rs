@@ -27,7 +27,7 @@ use glam::Vec3;
 use line::Line;
 use media::Media;
 use std::cell::RefCell;
-use visit::{Any, Closest, Listed, Passed, Product, UpToBlocker};
+use visit::{Any, Closest, Passed, Product, UpToBlocker};
 use walk::{Visit, walk};
 
 /// A half-line or segment: points `origin + t * direction` with 0 < t < `t_max`.
@@ -203,22 +203,6 @@ impl Rays {
                 self.query_with(stack, ray, visit).product(straight)
             }),
         }
-    }
-
-    /// The same, and the triangles along the segment, in no particular order: all of them where anything goes through.
-    pub fn passed(&self, ray: &Ray, triangles: &mut Vec<u32>) -> Matrix {
-        triangles.clear();
-        if let Through::Ordered = self.through {
-            return SCRATCH.with_borrow_mut(|Scratch { stack, passed }| {
-                passed.clear();
-                let visit = Passed { t_max: ray.t_max, passed, blocked: false };
-                let product = self.query_with(stack, ray, visit).product(&self.straight);
-                triangles.extend(passed.iter().map(|((_, _, triangle), _)| *triangle));
-                product
-            });
-        }
-        let product = Product { t_max: ray.t_max, straight: &self.straight, product: Matrix::IDENTITY };
-        self.query(ray, Listed { product, triangles }).product.product
     }
 
     #[inline(always)]

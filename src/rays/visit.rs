@@ -133,27 +133,6 @@ impl Visit for Product<'_> {
     }
 }
 
-/// The same, and the triangles.
-pub(super) struct Listed<'a> {
-    pub product: Product<'a>,
-    pub triangles: &'a mut Vec<u32>,
-}
-
-impl Visit for Listed<'_> {
-    const ORDERED: bool = false;
-
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.product.limit()
-    }
-
-    #[inline(always)]
-    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
-        self.triangles.push(hit.triangle);
-        self.product.hit(hit, class)
-    }
-}
-
 /// All crossings with their classes, for a product that must be taken in order.
 pub(super) struct Passed<'a> {
     pub t_max: f32,

@@ -82,19 +82,6 @@ impl Mesh {
     /// `smooth`: interpolate vertex normals. The error bound follows pbrt 4th ed., eq. 6.30: three products and two
     /// sums, γ(7) relative to the sum of their absolute values.
     pub fn point(&self, triangle: u32, u: f32, v: f32, smooth: bool) -> SurfacePoint {
-        let mut point = self.flat_point(triangle, u, v);
-        if smooth {
-            let geometric = point.normals.geometric;
-            let [a, b, c] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
-            let shading = ((1.0 - u - v) * a + u * b + v * c).normalize_or(geometric);
-            point.normals = Normals::new(geometric, shading);
-        }
-        point
-    }
-
-    /// The same without vertex normals.
-    #[inline]
-    pub fn flat_point(&self, triangle: u32, u: f32, v: f32) -> SurfacePoint {
         let corners = self.corners(triangle);
         let weights = [1.0 - u - v, u, v];
         let mut position = Vec3::ZERO;
@@ -104,7 +91,14 @@ impl Mesh {
             magnitude += (weight * corner).abs();
         }
         let geometric = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        SurfacePoint { position, error: gamma(7) * magnitude, normals: Normals::flat(geometric), triangle }
+        let normals = if smooth {
+            let [a, b, c] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
+            let shading = (weights[0] * a + weights[1] * b + weights[2] * c).normalize_or(geometric);
+            Normals::new(geometric, shading)
+        } else {
+            Normals::flat(geometric)
+        };
+        SurfacePoint { position, error: gamma(7) * magnitude, normals, triangle }
     }
 }
 

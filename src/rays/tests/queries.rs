@@ -86,9 +86,6 @@ fn transmittance_multiplies_in_the_order_of_light_from_the_far_end() {
     let rays = Rays::build(&scene(&soup, |i| [2, 0, 1][i], &[first, second, third]));
     assert_eq!(rays.transmittance(&UP), first * second * third);
     assert_ne!(rays.transmittance(&UP), third * second * first);
-    let mut listed = Vec::new();
-    assert_eq!(rays.passed(&UP, &mut listed), first * second * third);
-    assert_eq!(listed.len(), 3);
     assert_eq!(
         rays.transmittance(&half_line(Vec3::splat(0.0) + 9.0 * Vec3::Z, -Vec3::Z)),
         third * second * first
@@ -121,7 +118,6 @@ fn answers_do_not_depend_on_the_instruction_set() {
     let straight = [Matrix::ZERO, 0.3 * Matrix::IDENTITY, Matrix::new([[0.7, 0.0], [0.0, 0.9]])];
     let scene = scene(&soup, |i| if i % 50 == 0 { 0 } else { 1 + i as u32 % 2 }, &straight);
     let (best, plain) = (Rays::build(&scene), Rays::build_at(&scene, Level::baseline()));
-    let mut most = 0;
     for _ in 0..3000 {
         let t_max = if rng.u32().is_multiple_of(2) { 0.5 } else { f32::INFINITY };
         let ray = Ray { t_max, ..half_line(in_cube(&mut rng), direction(&mut rng)) };
@@ -130,19 +126,7 @@ fn answers_do_not_depend_on_the_instruction_set() {
         assert_eq!(best.occluded(&ray), plain.occluded(&ray));
         assert_eq!(best.transmittance(&ray), plain.transmittance(&ray));
         assert_eq!(best.occluded(&ray), best.closest(&ray).is_some());
-        let (mut listed, mut met) = (Vec::new(), all(&best, &ray));
-        for rays in [&best, &plain] {
-            let through = rays.passed(&ray, &mut listed);
-            assert_eq!(through, best.transmittance(&ray));
-            if !through.is_zero() {
-                met.sort_by_key(|hit| hit.triangle);
-                listed.sort_unstable();
-                assert!(met.iter().map(|hit| hit.triangle).eq(listed.iter().copied()));
-                most = most.max(listed.len());
-            }
-        }
     }
-    assert!(most > 5, "{most} triangles on one segment");
 }
 
 #[test]
