@@ -12,6 +12,8 @@ pub(super) type Lanes<S> = f32x16<S>;
 
 /// The place of "all the same" in [`Block::normals`].
 const SAME: u32 = u32::MAX;
+/// The place of normals that differ and are not kept yet.
+const DIFFERENT: u32 = SAME - 1;
 
 /// Up to sixteen photons; their powers are kept elsewhere.
 #[repr(C, align(64))]
@@ -46,25 +48,33 @@ impl Disk {
 }
 
 impl Block {
-    /// From at most [`LANES`] photons; normals that differ are added to `normals`.
-    pub fn new<P>(photons: &[Photon<P>], normals: &mut Vec<Normals>) -> Self {
-        let mut block = Self { position: [[f32::NAN; LANES]; 3], normal: photons[0].normal, normals: SAME };
+    /// From at most [`LANES`] photons; normals that differ are yet to be [kept](Self::keep_normals).
+    pub fn new<P>(photons: &[Photon<P>]) -> Self {
+        let normal = photons[0].normal;
+        let same = photons.iter().all(|photon| photon.normal == normal);
+        let normals = if same { SAME } else { DIFFERENT };
+        let mut block = Self { position: [[f32::NAN; LANES]; 3], normal, normals };
         for (lane, photon) in photons.iter().enumerate() {
             for (axis, x) in block.position.iter_mut().zip(photon.position.to_array()) {
                 axis[lane] = x;
             }
         }
-        if photons.iter().any(|photon| photon.normal != block.normal) {
-            let mut each = [[0.0; LANES]; 3];
-            for (lane, photon) in photons.iter().enumerate() {
-                for (axis, x) in each.iter_mut().zip(photon.normal) {
-                    axis[lane] = f32::from(x);
-                }
-            }
-            block.normals = normals.len() as u32;
-            normals.push(each);
-        }
         block
+    }
+
+    /// Adds the normals of the block's photons to `normals` where they differ.
+    pub fn keep_normals<P>(&mut self, photons: &[Photon<P>], normals: &mut Vec<Normals>) {
+        if self.normals == SAME {
+            return;
+        }
+        let mut each = [[0.0; LANES]; 3];
+        for (lane, photon) in photons.iter().enumerate() {
+            for (axis, x) in each.iter_mut().zip(photon.normal) {
+                axis[lane] = f32::from(x);
+            }
+        }
+        self.normals = normals.len() as u32;
+        normals.push(each);
     }
 
     /// Squared distances from the centre of the disk, and which photons count there. None: none of them.

@@ -68,23 +68,27 @@ impl<P: Power> PhotonMap<P> {
             photons.par_iter().all(|photon| photon.position.is_finite()),
             "a photon's position is not finite"
         );
-        let mut items: Vec<Item> = photons
-            .par_iter()
-            .enumerate()
-            .map(|(i, photon)| Item { position: photon.position, index: i as u32 })
-            .collect();
+        let mut items: Vec<Item> =
+            photons.par_iter().enumerate().map(|(i, photon)| Item::new(photon.position, i as u32)).collect();
         let nodes = tree::build(&mut items);
-        let photons: Vec<Photon<P>> = items.par_iter().map(|item| photons[item.index as usize]).collect();
-        let mut normals = Vec::new();
-        let blocks = photons.chunks(LANES).map(|photons| Block::new(photons, &mut normals)).collect();
+        let photons: Vec<Photon<P>> = items.par_iter().map(|item| photons[item.index()]).collect();
         let mut powers = vec![[0.0; LANES]; photons.len().div_ceil(LANES) * P::COMPONENTS];
-        powers.par_chunks_mut(P::COMPONENTS).zip(photons.par_chunks(LANES)).for_each(|(planes, photons)| {
-            for (component, plane) in planes.iter_mut().enumerate() {
-                for (power, photon) in plane.iter_mut().zip(photons) {
-                    *power = photon.power.component(component);
+        let mut blocks: Vec<Block> = powers
+            .par_chunks_mut(P::COMPONENTS)
+            .zip(photons.par_chunks(LANES))
+            .map(|(planes, photons)| {
+                for (component, plane) in planes.iter_mut().enumerate() {
+                    for (power, photon) in plane.iter_mut().zip(photons) {
+                        *power = photon.power.component(component);
+                    }
                 }
-            }
-        });
+                Block::new(photons)
+            })
+            .collect();
+        let mut normals = Vec::new();
+        for (block, photons) in blocks.iter_mut().zip(photons.chunks(LANES)) {
+            block.keep_normals(photons, &mut normals);
+        }
         Self { nodes, blocks, normals, powers, photons, level }
     }
 

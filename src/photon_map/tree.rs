@@ -3,7 +3,8 @@
 use super::block::LANES;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
+use std::cmp::Ordering;
 
 /// Children per node: three halvings.
 pub(super) const WIDTH: usize = 8;
@@ -14,12 +15,20 @@ pub(super) const LEAF: u32 = 1 << 31;
 /// Entries that a walk may have to keep: seven for each level, and 8¹¹ blocks are more than 2³¹.
 pub(super) const STACK: usize = 7 * 11 + 1;
 
-/// A photon on its way to its place.
+/// A photon on its way to its place: its position, and in the bits of a fourth number where it was before, so that four
+/// numbers are compared at once.
 #[derive(Clone, Copy)]
-pub(super) struct Item {
-    pub position: Vec3,
+pub(super) struct Item(Vec4);
+
+impl Item {
+    pub fn new(position: Vec3, index: u32) -> Self {
+        Self(position.extend(f32::from_bits(index)))
+    }
+
     /// Where it was before.
-    pub index: u32,
+    pub fn index(self) -> usize {
+        self.0.w.to_bits() as usize
+    }
 }
 
 /// Up to eight boxes of photons.
@@ -164,7 +173,12 @@ fn fill_children(
         2
     };
     let parallel = items.len() > ALONE;
-    items.select_nth_unstable_by(middle, |a, b| a.position[axis].total_cmp(&b.position[axis]));
+    // Each axis has code of its own: one that looks the axis up for each comparison takes twice the time.
+    match axis {
+        0 => halve(items, middle, |item| item.0.x),
+        1 => halve(items, middle, |item| item.0.y),
+        _ => halve(items, middle, |item| item.0.z),
+    }
     let nodes_left = if unit == 1 { 0 } else { left * nodes_over(unit) };
     let (items, more_items) = items.split_at_mut(middle);
     let (nodes, more_nodes) = nodes.split_at_mut(nodes_left);
@@ -181,8 +195,23 @@ fn fill_children(
     }
 }
 
+/// Puts the items with less of a finite number before `middle`.
+fn halve(items: &mut [Item], middle: usize, number: impl Fn(&Item) -> f32) {
+    items.select_nth_unstable_by(middle, |a, b| {
+        let (a, b) = (number(a), number(b));
+        if a < b {
+            Ordering::Less
+        } else if a > b {
+            Ordering::Greater
+        } else {
+            Ordering::Equal
+        }
+    });
+}
+
 fn bounds(items: &[Item]) -> (Vec3, Vec3) {
-    items.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), item| {
-        (min.min(item.position), max.max(item.position))
-    })
+    let (min, max) = items
+        .iter()
+        .fold((Vec4::INFINITY, Vec4::NEG_INFINITY), |(min, max), item| (min.min(item.0), max.max(item.0)));
+    (min.truncate(), max.truncate())
 }
