@@ -115,19 +115,25 @@ impl Rims {
         radii: [f32; N],
     ) -> [f32; N] {
         let whole = radii.map(|radius| PI * radius * radius);
+        let widest = radii.into_iter().fold(0.0, f32::max);
         let mut beyond = [0.0; N];
         let (right, up) = normal.any_orthonormal_pair();
+        let flat = |p: Vec3| Vec3::new(p.dot(right), p.dot(up), p.dot(normal));
         for &rim in near {
             let rim = &self.rims[rim as usize];
             let cos = rim.normal.dot(normal);
             if cos.abs() <= SAME_SIDE_COSINE || (cos < 0.0 && !rim.two_sided) {
                 continue;
             }
-            let ends = [rim.a - position, rim.b - position];
+            let [a, b] = [flat(rim.a - position), flat(rim.b - position)];
+            // Most rims are near, but so far away that they do not cut even the widest disk.
+            let (way, from) = ((b - a).truncate(), a.truncate());
+            if from.perp_dot(way).powi(2) >= widest * widest * way.length_squared() {
+                continue;
+            }
             for (beyond, radius) in beyond.iter_mut().zip(radii) {
-                if let Some([a, b]) = within_slab(ends, normal, PLANE_SHARE * radius) {
-                    let flat = |p: Vec3| Vec2::new(p.dot(right), p.dot(up));
-                    *beyond += rim.count * cos.signum() * cut(flat(a), flat(b), radius);
+                if let Some([a, b]) = within_slab(a, b, PLANE_SHARE * radius) {
+                    *beyond += rim.count * cos.signum() * cut(a, b, radius);
                 }
             }
         }
@@ -140,6 +146,7 @@ impl Rims {
 }
 
 /// ½ (A × B − r² ∠AB) of the part of the segment that lies in the disk of radius r about zero; zero where none does.
+#[inline(always)]
 fn cut(a: Vec2, b: Vec2, r: f32) -> f32 {
     let way = b - a;
     let (qa, qb, qc) = (way.length_squared(), a.dot(way), a.length_squared() - r * r);
@@ -159,15 +166,15 @@ fn cut(a: Vec2, b: Vec2, r: f32) -> f32 {
     0.5 * (cross - r * r * cross.atan2(a.dot(b)))
 }
 
-/// The part of a segment within `half` of the plane through zero with the given normal.
-fn within_slab([a, b]: [Vec3; 2], normal: Vec3, half: f32) -> Option<[Vec3; 2]> {
-    let (ha, hb) = (a.dot(normal), b.dot(normal));
-    if ha.abs() <= half && hb.abs() <= half {
-        return Some([a, b]);
+/// The part of a segment within `half` of the plane z = 0.
+#[inline(always)]
+fn within_slab(a: Vec3, b: Vec3, half: f32) -> Option<[Vec2; 2]> {
+    if a.z.abs() <= half && b.z.abs() <= half {
+        return Some([a.truncate(), b.truncate()]);
     }
-    let at = |level: f32| (level - ha) / (hb - ha);
+    let at = |level: f32| (level - a.z) / (b.z - a.z);
     let (low, high) = (at(-half).min(at(half)).max(0.0), at(-half).max(at(half)).min(1.0));
-    (low < high).then(|| [a + low * (b - a), a + high * (b - a)])
+    (low < high).then(|| [low, high].map(|share| (a + share * (b - a)).truncate()))
 }
 
 /// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`], in the order of triangles.

@@ -14,6 +14,7 @@ pub struct Diffuse {
 
 impl Diffuse {
     /// BSDF value in sr⁻¹, cosine not included.
+    #[inline(always)]
     pub fn eval(&self, normals: &Normals, from: Vec3, to: Vec3) -> Vec3 {
         if normals.same_side(from, to) && self.reflects(normals, from) {
             self.albedo * FRAC_1_PI
@@ -32,6 +33,7 @@ impl Diffuse {
     }
 
     /// A cosine-distributed direction about the shading normal. None: nothing is reflected there.
+    #[inline(always)]
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: [f32; 3]) -> Option<Sample> {
         if !self.reflects(normals, from) {
             return None;
@@ -48,6 +50,7 @@ impl Diffuse {
         Some(Sample { to, weight: self.albedo * adjoint, pdf_solid_angle: to.dot(up) * FRAC_1_PI })
     }
 
+    #[inline(always)]
     fn reflects(&self, normals: &Normals, from: Vec3) -> bool {
         self.two_sided || normals.is_front(from)
     }

@@ -11,23 +11,27 @@ pub struct Normals {
 
 impl Normals {
     /// Both normals the same.
+    #[inline(always)]
     pub fn flat(normal: Vec3) -> Self {
         Self { geometric: normal, shading: normal }
     }
 
     /// A shading normal that looks away from the geometric one cannot be meant; the geometric one stands in.
+    #[inline(always)]
     pub fn new(geometric: Vec3, shading: Vec3) -> Self {
         let shading = if shading.dot(geometric) > 0.0 { shading } else { geometric };
         Self { geometric, shading }
     }
 
     /// True when `direction` leaves on the front side.
+    #[inline(always)]
     pub fn is_front(&self, direction: Vec3) -> bool {
         self.geometric.dot(direction) > 0.0
     }
 
     /// True when both directions leave on the same side, by the geometric and by the shading normal alike.
     /// Directions for which the two normals disagree neither reflect nor transmit.
+    #[inline(always)]
     pub fn same_side(&self, a: Vec3, b: Vec3) -> bool {
         let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
         let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
@@ -35,6 +39,7 @@ impl Normals {
     }
 
     /// True when the directions leave on opposite sides, by the geometric and by the shading normal alike.
+    #[inline(always)]
     pub fn opposite_sides(&self, a: Vec3, b: Vec3) -> bool {
         let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
         let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
@@ -43,6 +48,7 @@ impl Normals {
 
     /// What power that arrives from `wi` counts for, against what the true cosine says: |wi·ns| / |wi·ng|.
     /// One half of the adjoint factor; a photon that is deposited has it already. Veach 1997, eq. 5.17.
+    #[inline(always)]
     pub fn arrival(&self, wi: Vec3) -> f32 {
         if self.shading == self.geometric {
             return 1.0;
@@ -52,6 +58,7 @@ impl Normals {
 
     /// The adjoint factor of shading normals when light is shot, |wi·ns| |wo·ng| / (|wi·ng| |wo·ns|).
     /// Veach 1997, eq. 5.19. One where the two normals are the same.
+    #[inline(always)]
     pub fn adjoint(&self, wi: Vec3, wo: Vec3) -> f32 {
         self.arrival(wi) / self.arrival(wo)
     }

@@ -71,24 +71,24 @@ pub(super) fn cross(line: &Line, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
 fn edge(p: Corner, q: Corner) -> Option<(f64, bool)> {
     let (left, right) = (p.x * q.y, p.y * q.x);
     // Rounding is monotonic: products that differ after rounding have the order of the exact ones.
-    if left != right { Some((left - right, left > right)) } else { edge_at_origin(p, q) }
+    if left != right { Some((left - right, left > right)) } else { edge_at_origin(p.x, p.y, q.x, q.y) }
 }
 
 /// The same where the two products round to one number.
 #[cold]
 #[inline(never)]
-fn edge_at_origin(p: Corner, q: Corner) -> Option<(f64, bool)> {
+fn edge_at_origin(px: f64, py: f64, qx: f64, qy: f64) -> Option<(f64, bool)> {
     // What rounding took from each product, exactly.
-    let left = p.x.mul_add(q.y, -(p.x * q.y));
-    let right = p.y.mul_add(q.x, -(p.y * q.x));
+    let left = px.mul_add(qy, -(px * qy));
+    let right = py.mul_add(qx, -(py * qx));
     if left != right {
         return Some((left - right, left > right));
     }
     // On the line itself: the coefficient of ε, then that of ε², in the edge function of the moved origin.
-    if p.y != q.y {
-        Some((0.0, p.y > q.y))
-    } else if p.x != q.x {
-        Some((0.0, q.x > p.x))
+    if py != qy {
+        Some((0.0, py > qy))
+    } else if px != qx {
+        Some((0.0, qx > px))
     } else {
         None
     }

@@ -142,6 +142,7 @@ impl Rays {
     }
 
     /// A lobe of the face at `point` as it is there: glass refracts between the media on its two sides.
+    #[inline(always)]
     pub fn lobe_at(&self, lobe: Lobe, point: &SurfacePoint) -> Lobe {
         match (&self.media, lobe) {
             (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point)),

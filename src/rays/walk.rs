@@ -18,8 +18,9 @@ pub(super) trait Visit {
 
 /// Shows `visit` all crossings of the line that its limit lets through.
 ///
-/// `stack` has room for `tree.stack` entries. An entry is the bits of the entry distance, which for numbers ≥ 0
-/// order like the distance, above the reference.
+/// `stack` has room for `tree.stack` entries. Where near boxes come first, an entry is a child: the bits of its entry
+/// distance, which for numbers ≥ 0 order like the distance, above the reference. Else it is a node, above a bit for each
+/// child yet to be visited.
 #[inline(always)]
 pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: &mut [u64], visit: &mut V) {
     let mut height = 0;
@@ -33,21 +34,30 @@ pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: 
             let node = &tree.nodes[current as usize];
             let (mut met, enter) = node.enter(simd, line, visit.limit());
             if met != 0 {
+                let first = node.child[met.trailing_zeros() as usize % WIDTH];
+                if !V::ORDERED {
+                    met &= met - 1;
+                    stack[height] = u64::from(current) << 32 | u64::from(met);
+                    height += usize::from(met != 0);
+                    current = first;
+                    continue;
+                }
+                if met & (met - 1) == 0 {
+                    // Its distance is not asked for, and need not be waited for.
+                    current = first;
+                    continue;
+                }
                 let mut nearest = entry(&enter, &node.child, met);
                 met &= met - 1;
                 let base = height;
                 while met != 0 {
                     let other = entry(&enter, &node.child, met);
                     met &= met - 1;
-                    if V::ORDERED {
-                        stack[height] = nearest.max(other);
-                        nearest = nearest.min(other);
-                    } else {
-                        stack[height] = other;
-                    }
+                    stack[height] = nearest.max(other);
+                    nearest = nearest.min(other);
                     height += 1;
                 }
-                if V::ORDERED && height - base > 1 {
+                if height - base > 1 {
                     sort_descending(&mut stack[base..height]);
                 }
                 current = nearest as u32;
@@ -58,8 +68,15 @@ pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: 
             if height == 0 {
                 return;
             }
+            let entry = stack[height - 1];
+            if !V::ORDERED {
+                let (node, met) = (&tree.nodes[(entry >> 32) as usize], entry as u32);
+                current = node.child[met.trailing_zeros() as usize % WIDTH];
+                stack[height - 1] = entry & (entry - 1);
+                height -= usize::from(met & (met - 1) == 0);
+                break;
+            }
             height -= 1;
-            let entry = stack[height];
             if f32::from_bits((entry >> 32) as u32) <= visit.limit() {
                 current = entry as u32;
                 break;

@@ -4,6 +4,7 @@ use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
 /// Uniform on the unit disk, pdf 1/π. Concentric map, Shirley & Chiu 1997.
+#[inline(always)]
 pub fn disk(u: [f32; 2]) -> [f32; 2] {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {
@@ -15,6 +16,7 @@ pub fn disk(u: [f32; 2]) -> [f32; 2] {
 }
 
 /// About +z, pdf cos θ / π in solid angle; z > 0.
+#[inline(always)]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let [x, y] = disk(u);
     // 2⁻²⁴ is the square of the smallest cosine that 24 random bits can tell from zero.
@@ -48,6 +50,7 @@ pub fn triangle(u: [f32; 2]) -> [f32; 2] {
 }
 
 /// Rotates `local` (z up) so that +z becomes the unit vector `up`. Duff et al. 2017, unit length is kept.
+#[inline(always)]
 pub fn to_world(up: Vec3, local: Vec3) -> Vec3 {
     let (tangent, bitangent) = up.any_orthonormal_pair();
     (local.x * tangent + local.y * bitangent + local.z * up).normalize()

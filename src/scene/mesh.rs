@@ -81,6 +81,7 @@ impl Mesh {
     ///
     /// `smooth`: interpolate vertex normals. The error bound follows pbrt 4th ed., eq. 6.30: three products and two
     /// sums, γ(7) relative to the sum of their absolute values.
+    #[inline(always)]
     pub fn point(&self, triangle: u32, u: f32, v: f32, smooth: bool) -> SurfacePoint {
         let corners = self.corners(triangle);
         let weights = [1.0 - u - v, u, v];
@@ -122,6 +123,7 @@ impl Mesh {
 impl SurfacePoint {
     /// Where a ray that leaves in `direction` starts: off the surface by no more than the rounding error of the
     /// position demands, on the side it leaves to (pbrt 4th ed., §6.8.6). No constant in world units.
+    #[inline(always)]
     pub fn origin_towards(&self, direction: Vec3) -> Vec3 {
         let n = self.normals.geometric;
         let distance = self.error.dot(n.abs());
