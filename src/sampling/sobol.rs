@@ -17,7 +17,8 @@ const JOE_KUO: [(u32, u32, &[u32]); SOBOL_DIMENSIONS - 1] = [
     (5, 7, &[1, 1, 7, 11, 19]),
 ];
 
-/// Of each dimension and each hexadecimal digit of the index, from the lowest: what the digit's value adds, by exclusive or.
+/// Of each dimension and each hexadecimal digit of the index, whose bits are in reverse: what the digit's value adds, by
+/// exclusive or, to the number, whose bits are in reverse too. The scrambling wants them so.
 static DIGITS: [[[u32; 16]; 8]; SOBOL_DIMENSIONS] = digits();
 
 const fn digits() -> [[[u32; 16]; 8]; SOBOL_DIMENSIONS] {
@@ -30,7 +31,7 @@ const fn digits() -> [[[u32; 16]; 8]; SOBOL_DIMENSIONS] {
             let mut value = 0;
             while value < 16 {
                 if value >> (bit % 4) & 1 == 1 {
-                    table[d][bit / 4][value] ^= directions[d][bit];
+                    table[d][bit / 4][value] ^= directions[d][31 - bit].reverse_bits();
                 }
                 value += 1;
             }
@@ -100,25 +101,25 @@ impl<const D: usize> Sobol<D> {
     /// Point `index`, dimensions `first..first + N`, each in [0, 1).
     pub fn point<const N: usize>(&self, index: u32, first: usize) -> [f32; N] {
         // Scrambling the index shuffles the points and maps every prefix of 2^m onto an aligned block, which is a net.
-        let shuffled = owen_scramble(index, self.index_seed);
+        let shuffled = scramble_reversed(index.reverse_bits(), self.index_seed);
         std::array::from_fn(|k| {
             let d = first + k;
             let digit = |i: usize| DIGITS[d][i][(shuffled >> (4 * i) & 15) as usize];
             let x = (0..8).fold(0, |x, i| x ^ digit(i));
-            (owen_scramble(x, self.seeds[d]) >> 8) as f32 * (1.0 / 16_777_216.0)
+            let x = scramble_reversed(x, self.seeds[d]).reverse_bits();
+            (x >> 8) as f32 * (1.0 / 16_777_216.0)
         })
     }
 }
 
-/// Nested uniform scrambling of a base-2 fraction whose first digit is the highest bit.
-fn owen_scramble(x: u32, seed: u32) -> u32 {
-    let mut x = x.reverse_bits();
+/// Nested uniform scrambling of a base-2 fraction whose first digit is the lowest bit.
+fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
+    x
 }
 
 #[cfg(test)]

@@ -51,6 +51,7 @@ impl Mesh {
     }
 
     /// Corners of a triangle.
+    #[inline(always)]
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
