@@ -54,6 +54,9 @@ fn rays(criterion: &mut Criterion) {
     group.bench_function("occluded/shadow/obvhs RtTriangle", |b| {
         b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded(ray)).count());
     });
+    group.bench_function("occluded/shadow/obvhs Woop", |b| {
+        b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded_woop(ray)).count());
+    });
     group.bench_function("transmittance/shadow", |b| {
         b.iter(|| sets.shadow.iter().map(|ray| through.transmittance(ray).inv_inv).sum::<f32>());
     });
@@ -119,23 +122,46 @@ impl Theirs {
     }
 
     fn closest_woop(&self, ray: &Ray) -> Option<f32> {
+        let woop = Woop::new(ray);
+        let mut hit = RayHit::none();
+        let met = self.bvh.ray_traverse(Self::ray(ray), &mut hit, |_, slot| woop.t(self.corners[slot]));
+        met.then_some(hit.t)
+    }
+
+    fn occluded_woop(&self, ray: &Ray) -> bool {
+        let woop = Woop::new(ray);
+        // The walk asks for a distance and takes any that the ray reaches.
+        !self.bvh.ray_traverse_miss(Self::ray(ray), |_, slot| woop.t(self.corners[slot]))
+    }
+}
+
+/// A watertight triangle test of the plain kind: Woop, Benthin, Wald 2013, in f32, one triangle at a time.
+struct Woop {
+    origin: Vec3A,
+    axes: [usize; 3],
+    shear: [f32; 3],
+}
+
+impl Woop {
+    fn new(ray: &Ray) -> Self {
         let d = ray.direction;
         let z = d.abs().max_position();
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let shear = [d[x] / d[z], d[y] / d[z], 1.0 / d[z]];
-        let mut hit = RayHit::none();
-        let met = self.bvh.ray_traverse(Self::ray(ray), &mut hit, |ray, slot| {
-            let [a, b, c] = self.corners[slot].map(|p| {
-                let p = p - ray.origin;
-                Vec3::new(p[x] - shear[0] * p[z], p[y] - shear[1] * p[z], shear[2] * p[z])
-            });
-            let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
-            if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-                return f32::INFINITY;
-            }
-            let t = (u * a.z + v * b.z + w * c.z) / (u + v + w);
-            if t > 0.0 { t } else { f32::INFINITY }
+        Self { origin: ray.origin.into(), axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]] }
+    }
+
+    /// Where the ray meets the triangle; infinity where it does not.
+    fn t(&self, corners: [Vec3A; 3]) -> f32 {
+        let ([x, y, z], shear) = (self.axes, self.shear);
+        let [a, b, c] = corners.map(|p| {
+            let p = p - self.origin;
+            Vec3::new(p[x] - shear[0] * p[z], p[y] - shear[1] * p[z], shear[2] * p[z])
         });
-        met.then_some(hit.t)
+        let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return f32::INFINITY;
+        }
+        let t = (u * a.z + v * b.z + w * c.z) / (u + v + w);
+        if t > 0.0 { t } else { f32::INFINITY }
     }
 }
