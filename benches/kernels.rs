@@ -33,6 +33,12 @@ fn rays(criterion: &mut Criterion) {
     let ordered = Rays::build(&mixing);
     let sets = sets(&blocked, &ours);
     let theirs = Theirs::new(&blocked.mesh);
+    // The three agree but for rounding.
+    let count = |occluded: &dyn Fn(&Ray) -> bool| sets.shadow.iter().filter(|ray| occluded(ray)).count();
+    let expected = count(&|ray| ours.occluded(ray));
+    for found in [count(&|ray| theirs.occluded(ray)), count(&|ray| theirs.occluded_woop(ray))] {
+        assert!(found.abs_diff(expected) <= COUNT / 1000, "{found} shadowed for {expected}");
+    }
 
     let mut group = criterion.benchmark_group("rays");
     group.bench_function("build", |b| b.iter(|| Rays::build(&blocked)));

@@ -34,17 +34,11 @@ pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: 
             let node = &tree.nodes[current as usize];
             let (mut met, enter) = node.enter(simd, line, visit.limit());
             if met != 0 {
-                let first = node.child[met.trailing_zeros() as usize % WIDTH];
                 if !V::ORDERED {
-                    met &= met - 1;
-                    stack[height] = u64::from(current) << 32 | u64::from(met);
-                    height += usize::from(met != 0);
-                    current = first;
-                    continue;
-                }
-                if met & (met - 1) == 0 {
-                    // Its distance is not asked for, and need not be waited for.
-                    current = first;
+                    let rest = met & (met - 1);
+                    stack[height] = u64::from(current) << 32 | u64::from(rest);
+                    height += usize::from(rest != 0);
+                    current = node.child[first(met)];
                     continue;
                 }
                 let mut nearest = entry(&enter, &node.child, met);
@@ -71,7 +65,7 @@ pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: 
             let entry = stack[height - 1];
             if !V::ORDERED {
                 let (node, met) = (&tree.nodes[(entry >> 32) as usize], entry as u32);
-                current = node.child[met.trailing_zeros() as usize % WIDTH];
+                current = node.child[first(met)];
                 stack[height - 1] = entry & (entry - 1);
                 height -= usize::from(met & (met - 1) == 0);
                 break;
@@ -85,10 +79,16 @@ pub(super) fn walk<S: Simd, V: Visit>(simd: S, tree: &Tree, line: &Line, stack: 
     }
 }
 
+/// The first child that `met` has a bit for.
+#[inline(always)]
+fn first(met: u32) -> usize {
+    met.trailing_zeros() as usize % WIDTH
+}
+
 /// The stack entry of the first child that `met` has a bit for.
 #[inline(always)]
 fn entry(enter: &[f32; WIDTH], child: &[u32; WIDTH], met: u32) -> u64 {
-    let lane = met.trailing_zeros() as usize % WIDTH;
+    let lane = first(met);
     u64::from(enter[lane].to_bits()) << 32 | u64::from(child[lane])
 }
 
