@@ -177,15 +177,45 @@ impl Shares {
         // The row of each node of s: the sum of all rows with a share in it.
         let nodes = self.across_powers.iter().zip(&self.across_weights);
         for ((powers, weights), sums) in nodes.zip(sums.chunks_exact_mut(along)) {
-            for (j, to) in sums.iter_mut().enumerate() {
-                let mut sum = [f32x8::simd_from(simd, 0.0); 3];
-                for (n, weights) in powers.iter().zip(weights.chunks_exact(along)) {
-                    let Some(row) = rows.get(usize::from(*n) * along + j) else { break };
-                    add(simd, &mut sum, row, weights[j]);
-                }
-                store(sum, to);
+            let used = powers.partition_point(|n| usize::from(*n) < used);
+            let rows = Rows { rows, along, powers: &powers[..used], weights };
+            let (pairs, last) = sums.as_chunks_mut::<2>();
+            for (i, pair) in pairs.iter_mut().enumerate() {
+                *pair = rows.sum(simd, 2 * i);
+            }
+            for sum in last {
+                [*sum] = rows.sum(simd, along - 1);
             }
         }
+    }
+}
+
+/// Rows by n of as many colours as there are nodes of t, and those with a share in one node of s.
+struct Rows<'a> {
+    rows: &'a [Colours],
+    along: usize,
+    /// Their n, rising.
+    powers: &'a [u8],
+    /// Of each of them, at every node of t.
+    weights: &'a [f32],
+}
+
+impl Rows<'_> {
+    /// The weighted sums at J nodes of t, from the `first`. Several of them, as a sum waits for each of its additions.
+    #[inline(always)]
+    fn sum<const J: usize, S: Simd>(&self, simd: S, first: usize) -> [Colours; J] {
+        let mut sums = [[f32x8::simd_from(simd, 0.0); 3]; J];
+        for (n, weights) in self.powers.iter().zip(self.weights.chunks_exact(self.along)) {
+            let rows = &self.rows[usize::from(*n) * self.along + first..][..J];
+            for ((sum, row), weight) in sums.iter_mut().zip(rows).zip(&weights[first..][..J]) {
+                add(simd, sum, row, *weight);
+            }
+        }
+        sums.map(|sum| {
+            let mut colours = Colours::default();
+            store(sum, &mut colours);
+            colours
+        })
     }
 }
 

@@ -47,6 +47,25 @@ impl Disk {
     }
 }
 
+/// Whether photons of the normal that was asked about last count: most blocks ask what the one before did.
+#[derive(Default)]
+pub(super) struct Facing {
+    normal: [i8; 3],
+    counts: bool,
+}
+
+impl Facing {
+    /// True where photons that came along `normal`, in 127ths, count on `disk`.
+    #[inline(always)]
+    fn counts(&mut self, normal: [i8; 3], disk: &Disk) -> bool {
+        if normal != self.normal {
+            let cos = Vec3::from_array(normal.map(f32::from)).dot(Vec3::from_array(disk.normal));
+            *self = Self { normal, counts: cos > 127.0 * SAME_SIDE_COSINE };
+        }
+        self.counts
+    }
+}
+
 impl Block {
     /// From at most [`LANES`] photons; normals that differ are yet to be [kept](Self::keep_normals).
     pub fn new<P>(photons: &[Photon<P>]) -> Self {
@@ -83,6 +102,7 @@ impl Block {
         &self,
         simd: S,
         disk: &Disk,
+        facing: &mut Facing,
         normals: &[Normals],
     ) -> Option<(Lanes<S>, mask32x16<S>)> {
         let all = |x: f32| Lanes::simd_from(simd, x);
@@ -93,8 +113,7 @@ impl Block {
         let mut inside = squared.simd_le(all(disk.radius_squared));
         inside &= dot(way, disk.normal).abs().simd_lt(all(disk.height));
         if self.normals == SAME {
-            let normal = Vec3::from_array(self.normal.map(f32::from));
-            if normal.dot(Vec3::from_array(disk.normal)) <= 127.0 * SAME_SIDE_COSINE {
+            if !facing.counts(self.normal, disk) {
                 return None;
             }
         } else {

@@ -9,7 +9,7 @@ mod tree;
 use crate::light::Power;
 use crate::shoot::Photon;
 pub use block::LANES;
-use block::{Block, Disk, Lanes, Normals};
+use block::{Block, Disk, Facing, Lanes, Normals};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, mask32x16};
 use glam::Vec3;
@@ -172,9 +172,12 @@ impl<P: Power> PhotonMap<P> {
         mut visit: impl FnMut(usize, mask32x16<S>, mask32x16<S>),
     ) {
         let quarter = Lanes::simd_from(simd, 0.25 * disk.radius_squared);
+        let mut facing = Facing::default();
         among.each(simd, disk.position, disk.radius_squared, |node, child| {
             let block = (node.child[child] & !LEAF) as usize;
-            let Some((squared, mut inside)) = self.blocks[block].within(simd, disk, &self.normals) else {
+            let Some((squared, mut inside)) =
+                self.blocks[block].within(simd, disk, &mut facing, &self.normals)
+            else {
                 return;
             };
             if most_reflections < u16::MAX {
@@ -208,16 +211,25 @@ impl<P: Power> PhotonMap<P> {
         most_reflections: u16,
         found: &mut Found,
     ) -> Flux<P> {
-        found.count = 0;
+        found.places.resize(found.places.len().max(near.rows.len() * tree::WIDTH * LANES), 0);
+        let Found { places, count } = found;
+        let places = &mut places[..];
         let disk = Disk::new(position, normal, radius);
-        dispatch!(self.level, simd => self.sum(
-            simd,
-            near,
-            &disk,
-            most_reflections,
-            #[inline(always)]
-            |block, inside| found.append((LANES * block) as u32, inside.to_bitmask()),
-        ))
+        let (flux, met) = dispatch!(self.level, simd => {
+            // Counted here: a number elsewhere could, for all that the compiler knows, be changed by what is stored in the list.
+            let mut met = 0;
+            let flux = self.sum(
+                simd,
+                near,
+                &disk,
+                most_reflections,
+                #[inline(always)]
+                |block, inside| met = append(places, met, (LANES * block) as u32, inside.to_bitmask()),
+            );
+            (flux, met)
+        });
+        *count = met;
+        flux
     }
 
     /// Multiplies what queries add up by a number for each photon; the photons themselves stay as they are.
@@ -245,32 +257,31 @@ impl Found {
     pub fn places(&self) -> &[u32] {
         &self.places[..self.count]
     }
+}
 
-    /// Adds `first` + i for each bit i of the lowest [`LANES`] that is set. Without a branch for each: nobody could guess it.
-    #[inline(always)]
-    fn append(&mut self, first: u32, bits: u64) {
-        if self.places.len() < self.count + LANES {
-            self.places.resize(2 * self.count + 16 * LANES, 0);
+/// Writes `first` + i behind the `count` places for each bit i of the lowest [`LANES`] that is set, and returns how many places there
+/// are then. Without a branch for each: nobody could guess it.
+#[inline(always)]
+fn append(places: &mut [u32], mut count: usize, first: u32, bits: u64) -> usize {
+    for (byte, first) in [(bits & 255, first), (bits >> 8 & 255, first + 8)] {
+        let places = &mut places[count..][..8];
+        for (place, bit) in places.iter_mut().zip(&BITS[byte as usize]) {
+            *place = first + bit;
         }
-        for (byte, first) in [(bits & 255, first), (bits >> 8 & 255, first + 8)] {
-            let places = &mut self.places[self.count..][..8];
-            for (place, bit) in places.iter_mut().zip(BITS[byte as usize]) {
-                *place = first + u32::from(bit);
-            }
-            self.count += byte.count_ones() as usize;
-        }
+        count += byte.count_ones() as usize;
     }
+    count
 }
 
 /// Which bits of a byte are set: so many, and zeros.
-const BITS: [[u8; 8]; 256] = {
+const BITS: [[u32; 8]; 256] = {
     let mut all = [[0; 8]; 256];
     let mut byte = 0;
     while byte < 256 {
         let (mut bit, mut count) = (0, 0);
         while bit < 8 {
             if byte >> bit & 1 == 1 {
-                all[byte][count] = bit as u8;
+                all[byte][count] = bit as u32;
                 count += 1;
             }
             bit += 1;
