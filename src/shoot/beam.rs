@@ -43,6 +43,13 @@ impl Beam {
         self.place[0].cross(self.place[1]).length()
     }
 
+    /// Of the paths around it only the share `probability` goes on, at random.
+    pub fn thinned(&self, probability: f32) -> Self {
+        let wider = 1.0 / probability.sqrt();
+        let spread = |steps: [Vec3; 2]| steps.map(|step| wider * step);
+        Self { place: spread(self.place), direction: spread(self.direction) }
+    }
+
     /// After a delta lobe; `bend` tells how the shading normal changes with a step along the surface.
     pub fn scattered(
         &self,

@@ -21,7 +21,7 @@ pub struct Emitted<P> {
     pub power: P,
     /// Factor on `power` at distance r along the first line.
     pub falloff: Falloff,
-    /// Where those go that start a little differently, as if its luminaire and the side it leaves were no choice.
+    /// Where those go that start a little differently, without a guide; the triangles of one surface are one luminaire to it.
     pub beam: Beam,
 }
 
@@ -55,6 +55,8 @@ pub struct Emitters<'a, P> {
     radius: f32,
     /// Cumulative probabilities, the last is 1.
     cumulative: Vec<f64>,
+    /// Probabilities of each and of those that shine beside it: triangles of the same surface.
+    together: Vec<f32>,
     marker: std::marker::PhantomData<P>,
 }
 
@@ -77,7 +79,8 @@ impl<'a, P: Power> Emitters<'a, P> {
             }
             cumulative.push(below);
         }
-        Some(Self { scene, centre, radius, cumulative, marker: std::marker::PhantomData })
+        let together = together(scene, &cumulative);
+        Some(Self { scene, centre, radius, cumulative, together, marker: std::marker::PhantomData })
     }
 
     /// The start of one of `paths` paths, from numbers in [0, 1).
@@ -92,6 +95,7 @@ impl<'a, P: Power> Emitters<'a, P> {
         let share = (1.0 / (probability * f64::from(paths))) as f32;
         let power = P::of(luminaire.power(self.radius)).scaled(share);
         let (origin, direction, falloff, beam) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
+        let beam = beam.thinned(self.together[index]);
         // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
         let power = match falloff {
             Falloff::Physical => power,
@@ -124,6 +128,7 @@ impl<'a, P: Power> Emitters<'a, P> {
                 let up = if emission.two_sided && side >= 0.5 { -front } else { front };
                 let direction = warp::to_world(up, warp::cosine_hemisphere(turn));
                 let beam = Beam::from_point(direction, FRAC_1_PI * direction.dot(up).abs());
+                let beam = if emission.two_sided { beam.thinned(0.5) } else { beam };
                 (point.origin_towards(direction), direction, Falloff::Physical, beam)
             }
             Luminaire::Point { position, .. } => {
@@ -156,4 +161,23 @@ impl<'a, P: Power> Emitters<'a, P> {
             }
         }
     }
+}
+
+/// The probability of each luminaire, triangles of one surface taken together.
+fn together(scene: &Scene, cumulative: &[f64]) -> Vec<f32> {
+    let surface = |luminaire: &Luminaire| match *luminaire {
+        Luminaire::Triangle { triangle, .. } => Some(scene.mesh.surface[triangle as usize]),
+        _ => None,
+    };
+    let mut of_surface = vec![0.0; scene.surfaces.len()];
+    let mut below = 0.0;
+    let each: Vec<f64> = cumulative.iter().map(|c| c - std::mem::replace(&mut below, *c)).collect();
+    for (luminaire, probability) in scene.luminaires.iter().zip(&each) {
+        if let Some(surface) = surface(luminaire) {
+            of_surface[surface as usize] += probability;
+        }
+    }
+    let all = scene.luminaires.iter().zip(&each);
+    all.map(|(luminaire, own)| surface(luminaire).map_or(*own, |surface| of_surface[surface as usize]) as f32)
+        .collect()
 }
