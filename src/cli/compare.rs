@@ -62,8 +62,8 @@ pub struct CompareArgs {
     /// Measure against this EXR file instead of a reference made here; it needs its layer `error`
     #[arg(long, value_name = "FILE.exr", conflicts_with_all = ["reference_time", "reference_method"])]
     reference: Option<PathBuf>,
-    /// The longest time for making the reference; it ends as soon as its bias and what may be left of its noise (which is
-    /// taken off the errors) are ten times below them
+    /// The longest time for making the reference; it ends as soon as it has as many samples of each pixel as the longest
+    /// run, and its bias and what may be left of its noise (which is taken off the errors) are ten times below them
     #[arg(long, value_name = "TIME", default_value = "120s", value_parser = duration)]
     reference_time: Duration,
     /// Who makes the reference: path (no bias) or photon (for caustics; its bias is measured and stated)
@@ -218,6 +218,12 @@ impl Comparing<'_> {
         let (method, limit) = (maker.method(), self.args.reference_time.as_secs_f64());
         let from = if maker.from_cache { "taken up from" } else { "kept in" };
         self.say(&format!("  reference by {} ({why}), {from} {}", method.name(), maker.file().display()));
+        // What the camera sees by chance, such as a lamp's mirror image in a facet, is left out or measured against only where the
+        // reference has met it too, and its spread does not tell of it before.
+        let longest = runs
+            .iter()
+            .filter_map(|run| run.snapshots.last().map(|last| u64::from(last.passes) * run.samples_per_pass));
+        let looks = longest.max().unwrap_or(0);
         loop {
             let reference = maker.reference();
             let left_out = self.rule().left_out(&reference);
@@ -232,7 +238,8 @@ impl Comparing<'_> {
                 own.bias.unwrap_or(0.0),
                 smallest / own.total
             ));
-            if good_enough(&medians, &own) || maker.seconds() >= limit {
+            let done = good_enough(&medians, &own) && maker.camera_samples() >= looks;
+            if done || maker.seconds() >= limit {
                 let origin = format!("made by {} ({why})", method.name());
                 return Ok((reference, maker.file().display().to_string(), origin));
             }

@@ -90,14 +90,12 @@ fn start(scene: &Scene, course: &Course, method: Method, seed: u64) -> Result<Ru
     let begin = Instant::now();
     let render = Render::new(scene, settings, &[Layer::Visible])?;
     let seconds = course.load_seconds + begin.elapsed().as_secs_f64();
-    let Settings { width, height, samples, .. } = course.settings;
-    let pixels = u64::from(width) * u64::from(height);
     let run = Run {
         method,
         seed,
         setup_seconds: seconds,
         paths_per_pass: render.plan().photons.as_ref().map_or(0, |photons| photons.paths.into()),
-        samples_per_pass: pixels * if method == Method::Photon { 1 } else { u64::from(samples) },
+        samples_per_pass: render.plan().settings.camera_samples(),
         snapshots: Vec::new(),
     };
     Ok(Runner { render, seconds, run })

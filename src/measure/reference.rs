@@ -273,6 +273,11 @@ impl ReferenceMaker {
         self.seconds
     }
 
+    /// Camera samples taken so far, in earlier runs too.
+    pub fn camera_samples(&self) -> u64 {
+        self.plan.settings.camera_samples() * u64::from(self.picture.passes())
+    }
+
     /// Renders until so many seconds have been spent on it in all, and keeps the result in the file.
     pub fn extend_to(&mut self, seconds: f64) -> Result<()> {
         while self.seconds < seconds || self.picture.passes() < 2 * WIDE_EVERY {

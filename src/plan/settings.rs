@@ -40,6 +40,12 @@ pub struct Settings {
 pub const LEVELS: usize = 3;
 
 impl Settings {
+    /// Camera samples of a pass, in all pixels.
+    pub fn camera_samples(&self) -> u64 {
+        let each = if self.method == Method::Photon { 1 } else { self.samples };
+        u64::from(self.width) * u64::from(self.height) * u64::from(each)
+    }
+
     /// First gather radii of caustics in pixel footprints, from the widest, which is that of inter-reflection.
     pub fn caustic_radii(&self) -> [f32; LEVELS] {
         let Self { caustic_radius: sharp, indirect_radius: wide, .. } = *self;

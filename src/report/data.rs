@@ -216,5 +216,6 @@ pub const DEFINITIONS: [&str; 8] = [
     "A reference is too noisy for errors (as relMSE) that are less than ten times what may be left of it: its bias, and a twentieth of \
      its noise plus 2/N of it after N passes. Its noise is \
      the spread of its passes (over r^2 + 0.01^2, with no r above the median of its 3x3 neighbours, so that rare bright \
-     samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes.",
+     samples do not hide behind their own brightness); where photons made it, its bias is bounded by the change that doubling the radius makes. \
+     In the time it is given it takes no fewer samples of a pixel than the longest run: what is seen rarely is not in the spread of few.",
 ];

@@ -36,6 +36,9 @@ fn a_small_comparison_writes_its_files_and_takes_the_reference_up_again() {
     let json: Value = serde_json::from_str(&read("compare.json")).unwrap();
     let scene = &json["scenes"][0];
     assert_eq!(scene["runs"].as_array().unwrap().len(), rows.len());
+    // Four samples of a pixel in a pass.
+    let samples = 4.0 * 64.0 * 64.0 * scene["reference"]["passes"].as_f64().unwrap();
+    assert!(rows.iter().all(|row| column(row, "camera_samples") <= samples), "{samples}");
     let share = scene["mask"]["share"].as_f64().unwrap();
     assert!(share > 0.0 && share < 0.5, "the lamp is seen: {share}");
     for curve in scene["curves"].as_array().unwrap() {
