@@ -17,8 +17,11 @@ use std::time::Instant;
 
 /// Each figure is the best of so many.
 const TRIES: usize = 5;
-/// Photons are asked for at so many places squared.
+/// Photons are asked for at so many places squared, about so many at each.
 const SIDE: usize = 256;
+const MET: f32 = 100.0;
+/// In a render that many pixels lie along a gather radius.
+const PIXELS: f32 = 7.0;
 
 fn main() {
     let most: u32 = std::env::args().nth(1).map_or(7, |text| text.parse().expect("a power of ten"));
@@ -34,26 +37,33 @@ fn main() {
         println!("| {triangles} | {index:.2} | {path:.0} | {} |", growth(&mut last, path));
     }
     println!(
-        "\n| photons | map, ns a photon | query of about 100, ns a photon met | growth |\n|---|---|---|---|"
+        "\n| photons | map, ns a photon | query, places far apart, ns a photon met | growth | as close as pixels | growth |\n\
+         |---|---|---|---|---|---|"
     );
-    last = None;
+    let mut last: [Option<f64>; 2] = [None; 2];
     for power in 4..=most {
         let count = 10_usize.pow(power);
         let photons = floor(count);
         let mut copies = vec![photons; if power < 7 { TRIES } else { 1 }];
         let (map_seconds, map) =
             best(copies.len(), || PhotonMap::build(copies.pop().expect("one for each try")));
-        let radius = (100.0 / (count as f32 * std::f32::consts::PI)).sqrt();
-        // One behind the other, as pixels look at a floor.
-        let place = |i: usize| Vec3::new((i % SIDE) as f32, 0.0, (i / SIDE) as f32) / SIDE as f32;
-        let places: Vec<Vec3> = (0..SIDE * SIDE).map(place).collect();
-        let met: usize = places.iter().map(|place| map.count(*place, Vec3::Y, radius)).sum();
-        let (seconds, _) = best(TRIES, || {
-            places.iter().map(|place| map.flux(*place, Vec3::Y, radius, u16::MAX).whole.0.x).sum::<f32>()
-        });
-        let query = 1e9 * seconds / met as f64;
+        let radius = (MET / (count as f32 * std::f32::consts::PI)).sqrt();
         let build = 1e9 * map_seconds / count as f64;
-        println!("| 10^{power} | {build:.1} | {query:.2} | {} |", growth(&mut last, query));
+        print!("| 10^{power} | {build:.1} |");
+        for (last, step) in last.iter_mut().zip([f32::INFINITY, radius / PIXELS]) {
+            // One behind the other, as pixels look at a floor: at all of it, or at a part in its middle.
+            let side = (step * SIDE as f32).min(1.0);
+            let along = |i: usize| 0.5 + side * ((i as f32 + 0.5) / SIDE as f32 - 0.5);
+            let places: Vec<Vec3> =
+                (0..SIDE * SIDE).map(|i| Vec3::new(along(i % SIDE), 0.0, along(i / SIDE))).collect();
+            let met: usize = places.iter().map(|place| map.count(*place, Vec3::Y, radius)).sum();
+            let (seconds, _) = best(TRIES, || {
+                places.iter().map(|place| map.flux(*place, Vec3::Y, radius, u16::MAX).whole.0.x).sum::<f32>()
+            });
+            let query = 1e9 * seconds / met as f64;
+            print!(" {query:.2} | {} |", growth(last, query));
+        }
+        println!();
     }
     println!("\n| threads | caustic box, s a pass | speed |\n|---|---|---|");
     let plan = Plan::new(Scene::load("builtin:caustic-box").expect("built in"), Settings::default());
