@@ -177,8 +177,8 @@ impl Shares {
         // The row of each node of s: the sum of all rows with a share in it.
         let nodes = self.across_powers.iter().zip(&self.across_weights);
         for ((powers, weights), sums) in nodes.zip(sums.chunks_exact_mut(along)) {
-            let used = powers.partition_point(|n| usize::from(*n) < used);
-            let rows = Rows { rows, along, powers: &powers[..used], weights };
+            let lit = powers.partition_point(|n| usize::from(*n) < used);
+            let rows = Rows { rows, along, powers: &powers[..lit], weights };
             let (pairs, last) = sums.as_chunks_mut::<2>();
             for (i, pair) in pairs.iter_mut().enumerate() {
                 *pair = rows.sum(simd, 2 * i);
