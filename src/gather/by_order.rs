@@ -15,7 +15,7 @@ use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::photon_map::Found;
 use crate::plan::{Direct, Plan};
-use crate::rays::{Hit, Ray};
+use crate::rays::{Hit, Ray, Segment};
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Material, SurfacePoint, View};
 use crate::shoot::{Orders, Photon};
@@ -380,7 +380,7 @@ impl<P: Power> Walk<'_, P> {
             let point =
                 self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
             let wo = -line.direction;
-            if pixel.depth == f32::INFINITY && delta_chain == 0 {
+            if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, &material.bsdf);
             }
             if let Some(emission) = material.emission
@@ -525,7 +525,7 @@ impl<P: Power> Walk<'_, P> {
 }
 
 /// What light that travels a connection is multiplied by, and the crossings that it counts.
-fn straight_along(plan: &Plan, segment: &Ray, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
+fn straight_along(plan: &Plan, segment: &Segment, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
     plan.rays.crossings(segment, hits);
     let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
     for hit in hits.iter() {

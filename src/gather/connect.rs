@@ -3,7 +3,7 @@
 use super::polygon::Facet;
 use crate::light::Light;
 use crate::plan::{Plan, Visibility, summed_and_others};
-use crate::rays::Ray;
+use crate::rays::Segment;
 use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
 use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
@@ -18,7 +18,7 @@ pub struct Connection {
     /// are to be multiplied by `f |wi·ns|`. Visibility is not in it.
     pub light: Light,
     /// The segment that must be looked through, from the camera hit outward.
-    pub segment: Ray,
+    pub segment: Segment,
 }
 
 /// The luminaires as a camera hit sees them.
@@ -117,14 +117,15 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
     match *luminaire {
         Luminaire::Triangle { triangle, emission, area } => {
             let (target, density) = sample_triangle(scene, triangle, area, point.position, u)?;
-            let (segment, wi) = segment(point, target.origin_towards(point.position - target.position))?;
+            let segment = Segment::to_surface(&scene.mesh, point, &target)?;
+            let wi = segment.direction();
             let facing = -wi.dot(target.normals.geometric);
             if facing <= 0.0 && !emission.two_sided {
                 return None;
             }
             let sr = match density {
                 Density::SolidAngle(sr) => sr,
-                Density::Area => facing.abs() * area / segment.t_max.powi(2),
+                Density::Area => facing.abs() * area / segment.length().powi(2) as f32,
             };
             Some(Connection { wi, light: sr * emission.radiance, segment })
         }
@@ -146,8 +147,7 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
         }
         Luminaire::Directional { direction, irradiance } => {
             let wi = -direction;
-            let segment = Ray { origin: point.origin_towards(wi), direction: wi, t_max: f32::INFINITY };
-            Some(Connection { wi, light: irradiance, segment })
+            Some(Connection { wi, light: irradiance, segment: Segment::from_towards(point, wi) })
         }
     }
 }
@@ -159,19 +159,10 @@ fn punctual(
     profile: impl Fn(Vec3, f32) -> f32,
     intensity: Light,
 ) -> Option<Connection> {
-    let (segment, wi) = segment(point, position)?;
-    let r = segment.t_max;
+    let segment = Segment::between(point, position)?;
+    let (wi, r) = (segment.direction(), segment.length() as f32);
     let profile = profile(-wi, r);
     (profile > 0.0).then(|| Connection { wi, light: (profile / (r * r)) * intensity, segment })
-}
-
-/// The open segment from `point` (off its surface) to `target`. None where they coincide.
-fn segment(point: &SurfacePoint, target: Vec3) -> Option<(Ray, Vec3)> {
-    let origin = point.origin_towards(target - point.position);
-    let way = target - origin;
-    let length = way.length();
-    let direction = way / length;
-    direction.is_finite().then_some((Ray { origin, direction, t_max: length }, direction))
 }
 
 enum Density {

@@ -1,6 +1,6 @@
 use super::numbers::Numbers;
 use crate::light::Light;
-use crate::rays::Ray;
+use crate::rays::Segment;
 use crate::sampling::warp;
 use crate::scene::{Luminaire, Scene, SurfacePoint};
 use glam::Vec3;
@@ -19,7 +19,7 @@ pub(super) struct Connection {
     /// Unit direction to the luminaire.
     pub to: Vec3,
     /// From the surface point to the luminaire, both ends left out.
-    pub segment: Ray,
+    pub segment: Segment,
     /// Irradiance on a surface that faces the luminaire over the probability of this connection, W m⁻².
     pub light: Light,
     /// Density of `to` in solid angle; None where no other way leads to this luminaire.
@@ -72,7 +72,7 @@ impl Luminaires {
             Luminaire::Triangle { triangle, emission, .. } => {
                 let [u, v] = warp::triangle(numbers.next());
                 let end = scene.mesh.point(triangle, u, v, false);
-                let segment = between(at, end.position, |back| end.origin_towards(back));
+                let segment = Segment::to_surface(&scene.mesh, at, &end)?;
                 let offset = end.position - at.position;
                 let distance2 = offset.length_squared();
                 let to = offset / distance2.sqrt();
@@ -86,7 +86,7 @@ impl Luminaires {
             }
             Luminaire::Directional { direction, irradiance } => {
                 let to = -direction;
-                let segment = Ray { origin: at.origin_towards(to), direction: to, t_max: f32::INFINITY };
+                let segment = Segment::from_towards(at, to);
                 let light = (1.0 / probability) * irradiance;
                 Some(Connection { to, segment, light, pdf_solid_angle: None })
             }
@@ -97,7 +97,7 @@ impl Luminaires {
                 let distance = offset.length();
                 let to = offset / distance;
                 let irradiance = irradiance_from(&scene.luminaires[index], distance, -to);
-                let segment = between(at, position, |_| position);
+                let segment = Segment::between(at, position)?;
                 let light = (1.0 / probability) * irradiance;
                 Some(Connection { to, segment, light, pdf_solid_angle: None })
             }
@@ -110,14 +110,6 @@ impl Luminaires {
         let total = self.cumulative[self.cumulative.len() - 1];
         if total > 0.0 { (self.cumulative[index] - before) / total } else { 0.0 }
     }
-}
-
-/// The segment from `at` to `end`, whose own starting point for a direction back is `end_towards`.
-fn between(at: &SurfacePoint, end: Vec3, end_towards: impl Fn(Vec3) -> Vec3) -> Ray {
-    let origin = at.origin_towards(end - at.position);
-    let offset = end_towards(at.position - end) - origin;
-    let t_max = offset.length();
-    Ray { origin, direction: offset / t_max, t_max }
 }
 
 /// Irradiance on a surface that faces a punctual luminaire at `distance`, in unit direction `out` from it; W m⁻².

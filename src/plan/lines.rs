@@ -6,7 +6,7 @@ use super::shrink::only;
 use super::{Direct, Plan, Settings};
 use crate::light::{Matrix, Row};
 use crate::optics::Lobe;
-use crate::rays::{Hit, Ray, Rays};
+use crate::rays::{Hit, Ray, Rays, Segment};
 use crate::scene::{Luminaire, Scene};
 use glam::Vec3;
 
@@ -162,7 +162,7 @@ pub(super) fn closed_form(
 
 impl Plan {
     /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
-    pub fn visibility_along(&self, segment: &Ray) -> Matrix {
+    pub fn visibility_along(&self, segment: &Segment) -> Matrix {
         match self.visibility {
             Visibility::Everywhere => Matrix::IDENTITY,
             Visibility::Transmittance => self.casters.as_ref().unwrap_or(&self.rays).transmittance(segment),

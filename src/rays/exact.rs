@@ -52,10 +52,13 @@ pub(super) fn cross(line: &Line, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
     let sum = weight_a + weight_b + weight_c;
     // On which side of the plane the origin lies must not depend on the direction, or a grazing ray would meet the
     // surface it starts on. So not the weighted mean of the corners' z, which says the same if not for rounding.
-    let height = a.offset.dot((b.offset - a.offset).cross(c.offset - a.offset));
+    let normal = (b.offset - a.offset).cross(c.offset - a.offset);
+    let height = a.offset.dot(normal);
+    // The sum says the same, but less well for small triangles far away; of the sign it is surer.
+    let slope = (normal.x * line.shear[0] + normal.y * line.shear[1] + normal.z).abs().copysign(sum);
     let (a, b, c) = (a.offset.z * line.depth, b.offset.z * line.depth, c.offset.z * line.depth);
     // A triangle seen all but edge-on: not outside its corners.
-    let t = (height / sum * line.depth).max(a.min(b).min(c)).min(a.max(b).max(c));
+    let t = (height / slope * line.depth).max(a.min(b).min(c)).min(a.max(b).max(c));
     (t > 0.0 && t < line.t_max).then(|| Crossing {
         t,
         u: weight_b / sum,

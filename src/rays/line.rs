@@ -1,4 +1,4 @@
-use super::Ray;
+use super::Segment;
 use glam::{DVec3, Vec3, Vec3A};
 
 /// A ray with all that its walk through the tree needs, computed once.
@@ -30,7 +30,8 @@ pub(super) struct Line {
 
 /// Boxes grow by this × (largest coordinate of scene + of ray origin). In units of 2⁻²⁴ of that sum, a plane is off
 /// by 3 in `plane * inverse - origin * inverse` (two products, one inverse) and by 1 more in their difference, the
-/// moved origin by 1, and the t that prunes by 1 (it was rounded to f32): 6, and 8 is the next power of two.
+/// moved origin by 1, the t that prunes by 1 and a segment's way by 1 (both were rounded to f32): 7, and 8 is the next power
+/// of two.
 const PAD: f32 = 8.0 * ROUNDING;
 
 /// Relative error of one f32 operation.
@@ -43,8 +44,8 @@ const FLATTEST: f32 = 1.0 / (1u64 << 40) as f32;
 impl Line {
     /// `magnitude`: the largest absolute coordinate of the scene.
     #[inline(always)]
-    pub fn new(ray: &Ray, magnitude: f32) -> Self {
-        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+    pub fn new(segment: &Segment, magnitude: f32) -> Self {
+        let (origin, direction) = (Vec3A::from(segment.origin), segment.way.as_vec3a());
         let steepness = direction.abs();
         let z = steepness.max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
@@ -55,7 +56,7 @@ impl Line {
         let inverse = sign / steepness.max(Vec3A::splat(FLATTEST * steepness.max_element()));
         let pad = sign * (PAD * reach);
         let moved = axes.map(|axis| origin[axis]);
-        let depth = 1.0 / f64::from(direction[z]);
+        let depth = 1.0 / segment.way[z];
         Self {
             near: ((origin + pad) * inverse).to_array(),
             far: ((origin - pad) * inverse).to_array(),
@@ -64,10 +65,10 @@ impl Line {
             axes,
             origin: moved,
             origin64: Vec3::from(moved).as_dvec3(),
-            shear: [axes[0], axes[1]].map(|axis| f64::from(direction[axis]) * depth),
+            shear: [axes[0], axes[1]].map(|axis| segment.way[axis] * depth),
             depth,
             reach,
-            t_max: f64::from(ray.t_max),
+            t_max: segment.end,
         }
     }
 }

@@ -11,6 +11,7 @@ mod leaf;
 mod line;
 mod media;
 mod node;
+mod segment;
 #[cfg(test)]
 mod tests;
 mod touching;
@@ -26,6 +27,7 @@ use fearless_simd::{Level, dispatch};
 use glam::Vec3;
 use line::Line;
 use media::Media;
+pub use segment::Segment;
 use std::cell::RefCell;
 use visit::{Any, Closest, Passed, Product, UpToBlocker};
 use walk::{Visit, walk};
@@ -163,32 +165,42 @@ impl Rays {
 
     /// The first triangle that the ray meets.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.query(ray, Closest::new(ray.t_max)).finish()
+        self.query(&ray.into(), Closest::new(ray.t_max)).finish()
     }
 
-    /// All triangles along the ray in order of (t, front before back, triangle), up to and including the first that
-    /// lets nothing straight through.
-    pub fn crossings(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+    /// All triangles along a [`Ray`] or [`Segment`] in order of (t, front before back, triangle), up to and including the
+    /// first that lets nothing straight through.
+    #[inline]
+    pub fn crossings(&self, along: impl Into<Segment>, hits: &mut Vec<Hit>) {
         hits.clear();
+        let segment = along.into();
+        let t_max = segment.end as f32;
         match self.through {
-            Through::Nothing => hits.extend(self.closest(ray)),
-            _ => self.query(ray, UpToBlocker::new(ray.t_max, hits)).finish(),
+            Through::Nothing => hits.extend(self.query(&segment, Closest::new(t_max)).finish()),
+            _ => self.query(&segment, UpToBlocker::new(t_max, hits)).finish(),
         }
     }
 
-    /// True when any triangle lies on the ray.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.query(ray, Any { t_max: ray.t_max, found: false }).found
+    /// True when any triangle lies on a [`Ray`] or [`Segment`].
+    #[inline]
+    pub fn occluded(&self, along: impl Into<Segment>) -> bool {
+        let segment = along.into();
+        self.query(&segment, Any { t_max: segment.end as f32, found: false }).found
     }
 
-    /// What light that travels the segment from its *far* end to its origin is multiplied by: the ordered product of
-    /// the straight matrices.
-    pub fn transmittance(&self, ray: &Ray) -> Matrix {
-        let t_max = ray.t_max;
+    /// What light that travels a [`Ray`] or [`Segment`] from its *far* end to its origin is multiplied by: the ordered
+    /// product of the straight matrices.
+    #[inline]
+    pub fn transmittance(&self, along: impl Into<Segment>) -> Matrix {
+        self.product_along(&along.into())
+    }
+
+    fn product_along(&self, segment: &Segment) -> Matrix {
+        let t_max = segment.end as f32;
         let straight = &self.straight;
         match self.through {
             Through::Nothing => {
-                if self.occluded(ray) {
+                if self.occluded(segment) {
                     Matrix::ZERO
                 } else {
                     Matrix::IDENTITY
@@ -196,29 +208,29 @@ impl Rays {
             }
             Through::Everything => Matrix::IDENTITY,
             Through::Diagonal => {
-                self.query(ray, Product { t_max, straight, product: Matrix::IDENTITY }).product
+                self.query(segment, Product { t_max, straight, product: Matrix::IDENTITY }).product
             }
             Through::Ordered => SCRATCH.with_borrow_mut(|Scratch { stack, passed }| {
                 passed.clear();
                 let visit = Passed { t_max, passed, blocked: false };
-                self.query_with(stack, ray, visit).product(straight)
+                self.query_with(stack, segment, visit).product(straight)
             }),
         }
     }
 
     #[inline(always)]
-    fn query<V: Visit>(&self, ray: &Ray, visit: V) -> V {
-        SCRATCH.with_borrow_mut(|scratch| self.query_with(&mut scratch.stack, ray, visit))
+    fn query<V: Visit>(&self, segment: &Segment, visit: V) -> V {
+        SCRATCH.with_borrow_mut(|scratch| self.query_with(&mut scratch.stack, segment, visit))
     }
 
     #[inline(always)]
-    fn query_with<V: Visit>(&self, stack: &mut Vec<u64>, ray: &Ray, mut visit: V) -> V {
+    fn query_with<V: Visit>(&self, stack: &mut Vec<u64>, segment: &Segment, mut visit: V) -> V {
         if stack.len() < self.tree.stack {
             stack.resize(self.tree.stack, 0);
         }
         let visit_ref = &mut visit;
         dispatch!(self.level, simd => {
-            let line = Line::new(ray, self.tree.magnitude);
+            let line = Line::new(segment, self.tree.magnitude);
             walk(simd, &self.tree, &line, stack, visit_ref);
         });
         visit
