@@ -1,4 +1,5 @@
 use super::leaf::{Block, LANES};
+use super::line::PAD;
 use super::node::{LEAF, Node};
 use super::widen::{Widening, primitives};
 use crate::scene::Mesh;
@@ -15,8 +16,6 @@ pub(super) struct Tree {
     pub blocks: Vec<Block>,
     /// Reference to the top: a node, or a leaf where there is only one.
     pub root: u32,
-    /// Largest absolute coordinate.
-    pub magnitude: f32,
     /// No walk has more to remember.
     pub stack: usize,
 }
@@ -25,8 +24,7 @@ impl Tree {
     /// `class`: of each triangle, kept in the blocks.
     pub fn build(mesh: &Mesh, class: impl Fn(u32) -> u32) -> Self {
         let groups = Groups::new(mesh);
-        let mut tree =
-            Self { nodes: Vec::new(), blocks: Vec::new(), root: 0, magnitude: groups.magnitude, stack: 0 };
+        let mut tree = Self { nodes: Vec::new(), blocks: Vec::new(), root: 0, stack: 0 };
         if groups.boxes.is_empty() {
             tree.nodes.push(Node::EMPTY);
             return tree;
@@ -56,10 +54,11 @@ impl Tree {
         while let Some((from, to)) = open.pop() {
             for (lane, &child) in widening.children(from).iter().enumerate() {
                 let bounds = binary.nodes[child].aabb();
+                let pad = PAD * bounds.min.abs().max(bounds.max.abs()).max_element();
                 tree.nodes[to].used |= 1 << lane;
                 for axis in 0..3 {
-                    tree.nodes[to].planes[2 * axis][lane] = bounds.min[axis];
-                    tree.nodes[to].planes[2 * axis + 1][lane] = bounds.max[axis];
+                    tree.nodes[to].planes[2 * axis][lane] = bounds.min[axis] - pad;
+                    tree.nodes[to].planes[2 * axis + 1][lane] = bounds.max[axis] + pad;
                 }
                 tree.nodes[to].child[lane] = if widening.is_leaf(child) {
                     leaf(&mut tree, child)
@@ -108,7 +107,6 @@ struct Groups {
     triangles: Vec<u32>,
     /// Where each group starts in `triangles`, and the end.
     starts: Vec<u32>,
-    magnitude: f32,
 }
 
 impl Groups {
@@ -132,15 +130,14 @@ impl Groups {
             })
             .collect();
         keyed.par_sort_unstable();
-        let (mut boxes, mut starts, mut magnitude) = (Vec::new(), vec![0], Vec3::ZERO);
+        let (mut boxes, mut starts) = (Vec::new(), vec![0]);
         for group in keyed.chunk_by(|a, b| a.0 == b.0) {
             let [min, max] = group[0].0.map(|corner| Vec3::from(corner.map(f32::from_bits)));
-            magnitude = magnitude.max(min.abs()).max(max.abs());
             boxes.push(Aabb::new(min.into(), max.into()));
             starts.push(starts[starts.len() - 1] + group.len() as u32);
         }
         let triangles = keyed.into_iter().map(|(_, triangle)| triangle).collect();
-        Self { boxes, triangles, starts, magnitude: magnitude.max_element() }
+        Self { boxes, triangles, starts }
     }
 
     fn members(&self, group: u32) -> &[u32] {

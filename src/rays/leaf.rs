@@ -23,6 +23,8 @@ pub(super) struct Block {
     class: [u32; LANES],
     /// No edge of these triangles is longer along any axis.
     extent: f32,
+    /// Their largest absolute coordinate.
+    reach: f32,
     /// A bit for each lane in use.
     used: u32,
     /// The last block of its leaf.
@@ -37,6 +39,7 @@ impl Block {
             triangle: [0; LANES],
             class: [0; LANES],
             extent: 0.0,
+            reach: 0.0,
             used: (1 << triangles.len()) - 1,
             last,
         };
@@ -49,6 +52,7 @@ impl Block {
             let [a, b, c] = corners;
             let edges = (a - b).abs().max((b - c).abs()).max((c - a).abs());
             block.extent = block.extent.max(edges.max_element());
+            block.reach = block.reach.max(a.abs().max(b.abs()).max(c.abs()).max_element());
             block.triangle[lane] = triangle;
             block.class[lane] = class;
         }
@@ -57,7 +61,7 @@ impl Block {
 
     /// Triangles that the line may cross: all that it does cross, and some that it misses by rounding.
     ///
-    /// Woop's test in f32. Let R be `extent`, D `line.reach` and ε [`ROUNDING`]. Where the line does cross, sheared
+    /// Woop's test in f32. Let R be `extent`, D `reach` + `line.reach` and ε [`ROUNDING`]. Where the line does cross, sheared
     /// coordinates are at most 2R and wrong by δ ≤ 4ε(R + D) (two differences, one quotient, one product), so an
     /// edge function, two products of such, is wrong by at most 8Rδ + 2δ² + 16εR² ≤ 64 g (R + g), g = ε(R + D).
     #[inline(always)]
@@ -66,7 +70,7 @@ impl Block {
         let (bx, by) = self.place(simd, line, 1);
         let (cx, cy) = self.place(simd, line, 2);
         let (a, b, c) = (bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx);
-        let g = ROUNDING * (self.extent + line.reach);
+        let g = ROUNDING * (self.extent + self.reach + line.reach);
         let slack = 64.0 * g * (self.extent + g);
         let negative = a.min(b).min(c).simd_lt(Lanes::simd_from(simd, -slack));
         let positive = a.max(b).max(c).simd_gt(Lanes::simd_from(simd, slack));

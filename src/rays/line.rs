@@ -22,17 +22,20 @@ pub(super) struct Line {
     pub shear: [f64; 2],
     /// 1 / direction z.
     pub depth: f64,
-    /// No coordinate of the scene is farther from the origin than this.
+    /// Largest absolute coordinate of the origin.
     pub reach: f32,
     /// Exclusive end.
     pub t_max: f64,
 }
 
-/// Boxes grow by this × (largest coordinate of scene + of ray origin). In units of 2⁻²⁴ of that sum, a plane is off
+/// Boxes grow by this × (largest coordinate of the box + of the line's origin). In units of 2⁻²⁴ of that sum, a plane is off
 /// by 3 in `plane * inverse - origin * inverse` (two products, one inverse) and by 1 more in their difference, the
-/// moved origin by 1, the t that prunes by 1 and a segment's way by 1 (both were rounded to f32): 7, and 8 is the next power
-/// of two.
-const PAD: f32 = 8.0 * ROUNDING;
+/// moved origin by 1, the moved plane by 1, the t that prunes by 1 and a segment's way by 1 (both were rounded to f32): 8,
+/// and 16 is the next power of two.
+///
+/// It is the largest coordinate of any axis, for lines that are all but parallel to a plane; but of this box, not of the scene: a
+/// triangle far away makes the others no larger.
+pub(super) const PAD: f32 = 16.0 * ROUNDING;
 
 /// Relative error of one f32 operation.
 pub(super) const ROUNDING: f32 = 0.5 * f32::EPSILON;
@@ -42,14 +45,14 @@ pub(super) const ROUNDING: f32 = 0.5 * f32::EPSILON;
 const FLATTEST: f32 = 1.0 / (1u64 << 40) as f32;
 
 impl Line {
-    /// `magnitude`: the largest absolute coordinate of the scene.
+    /// A segment as the tree is walked along it.
     #[inline(always)]
-    pub fn new(segment: &Segment, magnitude: f32) -> Self {
+    pub fn new(segment: &Segment) -> Self {
         let (origin, direction) = (Vec3A::from(segment.origin), segment.way.as_vec3a());
         let steepness = direction.abs();
         let z = steepness.max_position();
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let reach = magnitude + origin.abs().max_element();
+        let reach = origin.abs().max_element();
         // −0.0 counts as positive: only the pair (side, sign of the inverse) must agree.
         let backwards = direction.cmplt(Vec3A::ZERO);
         let sign = Vec3A::select(backwards, Vec3A::NEG_ONE, Vec3A::ONE);

@@ -230,7 +230,7 @@ impl Rays {
         }
         let visit_ref = &mut visit;
         dispatch!(self.level, simd => {
-            let line = Line::new(segment, self.tree.magnitude);
+            let line = Line::new(segment);
             walk(simd, &self.tree, &line, stack, visit_ref);
         });
         visit

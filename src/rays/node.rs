@@ -12,7 +12,7 @@ pub(super) const LEAF: u32 = 1 << 31;
 #[repr(C, align(64))]
 #[derive(Clone)]
 pub(super) struct Node {
-    /// x min, x max, y min, … of each child. Empty places are inside out: no ray meets them.
+    /// x min, x max, y min, … of each child, padded. Empty places are inside out: no ray meets them.
     pub planes: [[f32; WIDTH]; 6],
     /// Node index, or leaf index | [`LEAF`].
     pub child: [u32; WIDTH],

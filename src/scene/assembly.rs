@@ -1,5 +1,6 @@
-//! From pieces in world space to one mesh about its own centre. The glTF loader and the built-in scenes share it.
+//! From pieces in world space to one mesh about a centre of its own. The glTF loader and the built-in scenes share it.
 
+use super::centre::{Centre, Eye, centre};
 use super::{Luminaire, Material, Mesh, Surface};
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -30,34 +31,29 @@ pub(super) struct Assembly {
     pub without_area: usize,
     /// Surfaces most of whose vertex normals look away from the front.
     pub inside_out: Vec<String>,
+    /// What to tell where coordinates are rounded more than shows.
+    pub rounded: Option<String>,
 }
 
-/// Puts pieces together, about the centre of their bounds.
-pub(super) fn assemble(pieces: Vec<Piece>) -> Result<Assembly, String> {
+/// Puts pieces together, about the centre of their bounds or of what `eye` sees of them.
+pub(super) fn assemble(pieces: Vec<Piece>, eye: Option<Eye>) -> Result<Assembly, String> {
     let corners = pieces.iter().map(|piece| piece.triangles.len() as u64 * 3).sum::<u64>();
     if corners > u64::from(u32::MAX) {
         return Err(format!("has {} triangles, more than can be counted; leave some out", corners / 3));
     }
-    let (min, max) = bounds(&pieces);
-    let origin = if min.x > max.x { DVec3::ZERO } else { 0.5 * (min + max) };
+    let Centre { origin, note } = centre(&pieces, eye);
     let mut assembly = Assembly {
         mesh: Mesh::default(),
         surfaces: Vec::with_capacity(pieces.len()),
         origin,
         without_area: 0,
         inside_out: Vec::new(),
+        rounded: note,
     };
     for piece in pieces {
         assembly.add(piece)?;
     }
     Ok(assembly)
-}
-
-fn bounds(pieces: &[Piece]) -> (DVec3, DVec3) {
-    let corners = pieces
-        .iter()
-        .flat_map(|piece| piece.triangles.iter().flatten().map(|vertex| piece.positions[*vertex as usize]));
-    corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
 }
 
 impl Assembly {
@@ -236,7 +232,7 @@ mod tests {
     fn far_from_the_origin_nothing_is_lost() {
         let far = DVec3::new(1e7, -3e6, 5e5);
         let moved = CORNERS.map(|p| p + far);
-        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)]).unwrap();
+        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)], None).unwrap();
         assert_eq!(assembly.origin, far + 0.5);
         assert_eq!(assembly.mesh.bounds(), (Vec3::splat(-0.5), Vec3::splat(0.5)));
     }
@@ -245,14 +241,14 @@ mod tests {
     fn triangles_without_area_are_left_out_with_their_vertices() {
         let mut corners = CORNERS.to_vec();
         corners.push(2.0 * DVec3::X);
-        let assembly = assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])]).unwrap();
+        let assembly = assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])], None).unwrap();
         assert_eq!((assembly.without_area, assembly.mesh.triangles.len()), (2, 1));
         assert_eq!(assembly.mesh.positions.len(), 3);
     }
 
     #[test]
     fn too_large_is_an_error_and_too_small_has_no_area() {
-        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)]);
+        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)], None);
         assert!(scaled(1e8).is_ok_and(|a| a.without_area == 0));
         assert!(scaled(1e12).is_err_and(|e| e.contains("too large")));
         assert!(scaled(1e-8).is_ok_and(|a| a.without_area == 0));

@@ -6,6 +6,7 @@
 mod assembly;
 mod builtin;
 mod camera;
+mod centre;
 mod gltf;
 mod illumination;
 mod luminaire;

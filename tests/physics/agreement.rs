@@ -1,10 +1,14 @@
 //! Shooting and gathering share no estimator; where they agree pixel by pixel, both are right.
 //!
+//! They do share what is known of connections to luminaires, of which the plain path tracer makes none: it finds light by chance
+//! and must agree as well. Each method looks at a scene that stands somewhere else, turned and of another size.
+//!
 //! The bias of the finite gather radius is not given slack: it is linear in the first radius to leading order (at
 //! the rims of surfaces; elsewhere quadratic), whatever the schedule, so that 2 L(r/2) − L(r) is free of it.
 //!
 //! A few scenes are always tested; `HALFLIGHT_LONG=1 cargo test --release --test physics agreement` tests all of them.
 
+use crate::moved::somewhere;
 use crate::support::{Build, diffuse, glow};
 use glam::Vec3;
 use halflight::film::{Film, Layer};
@@ -71,9 +75,14 @@ fn shot(scene: &Scene, direct: Direct) -> Estimate {
     }
 }
 
-fn traced(scene: &Scene) -> Estimate {
-    let settings = Settings { method: Method::Path, samples: 32, ..settings(3) };
+fn traced(scene: &Scene, method: Method) -> Estimate {
+    let settings = Settings { method, samples: 32, ..settings(3) };
     Estimate::from_film(&film(scene, settings, PASSES)).expect("several passes")
+}
+
+/// True where light can be found by chance: no luminaire is without extent.
+fn can_be_found(scene: &Scene) -> bool {
+    scene.luminaires.iter().all(|luminaire| matches!(luminaire, Luminaire::Triangle { .. }))
 }
 
 fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
@@ -81,16 +90,23 @@ fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
     Estimate { mean: estimate.mean.iter().map(|rgb| factor * *rgb).collect(), colour, ..estimate.clone() }
 }
 
-/// Both methods agree on `scene`; `tells`: their noise is so low that they disagree when one is off by 2 %.
+/// All methods agree on `scene`, and their noise is so low that they disagree when one is off by 2 %.
 #[track_caller]
 fn must_agree(name: &str, scene: &Scene, direct: Direct) {
-    let (shot, traced) = (shot(scene, direct), traced(scene));
-    let verdict = agreement(&shot, &traced, None);
-    assert!(verdict.accepted(), "{name}: {verdict:?}");
-    assert!(traced.mean.iter().any(|rgb| rgb.max_element() > 0.0), "{name}: a black picture proves nothing");
-    for factor in [0.98, 1.02] {
-        let wrong = agreement(&scaled(&shot, factor), &traced, None);
-        assert!(!wrong.accepted(), "{name}: too noisy to tell {factor}: {wrong:?}");
+    let number = name.bytes().fold(0, |number: u64, byte| 31 * number + u64::from(byte));
+    let shot = shot(&somewhere(scene, number), direct);
+    let traced_by = |method, number| (method, traced(&somewhere(scene, number), method));
+    let plain = can_be_found(scene).then(|| traced_by(Method::PathPlain, number + 1));
+    for (method, traced) in std::iter::once(traced_by(Method::Path, number + 2)).chain(plain) {
+        let name = format!("{name} against {}", method.name());
+        let verdict = agreement(&shot, &traced, None);
+        assert!(verdict.accepted(), "{name}: {verdict:?}");
+        let lit = traced.mean.iter().any(|rgb| rgb.max_element() > 0.0);
+        assert!(lit, "{name}: a black picture proves nothing");
+        for factor in [0.98, 1.02] {
+            let wrong = agreement(&scaled(&shot, factor), &traced, None);
+            assert!(!wrong.accepted(), "{name}: too noisy to tell {factor}: {wrong:?}");
+        }
     }
 }
 

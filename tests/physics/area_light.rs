@@ -12,7 +12,7 @@ const HEIGHT: f64 = 0.75;
 const ALBEDO: f64 = 0.6;
 
 /// Form factor from a point to a parallel rectangle a × b whose corner lies at distance h straight above it (Lambert).
-fn corner_form_factor(a: f64, b: f64, h: f64) -> f64 {
+pub fn corner_form_factor(a: f64, b: f64, h: f64) -> f64 {
     let (x, y) = (a / h, b / h);
     let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     (x / p * (y / p).atan() + y / q * (x / q).atan()) / (2.0 * PI)

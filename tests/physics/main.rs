@@ -15,6 +15,7 @@ mod ledger;
 mod matrices;
 mod media;
 mod mirrors;
+mod moved;
 mod omissions;
 mod online_error;
 mod pilot;

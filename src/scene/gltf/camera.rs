@@ -1,6 +1,7 @@
 use super::Reason;
 use super::graph::Placed;
 use super::notes::{Notes, label};
+use crate::scene::centre::Eye;
 use crate::scene::{Camera, Mesh, Projection};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
@@ -47,6 +48,18 @@ pub(super) fn choose(
         projection,
         aspect,
     })
+}
+
+/// From where the scene is seen, in the world. None without a camera, or with one that [`choose`] refuses.
+pub(super) fn eye(root: &Root, placed: &[Placed<'_>]) -> Option<Eye> {
+    let (place, index) = placed.iter().find_map(|place| Some((place, place.node.camera?.value())))?;
+    let (projection, aspect) = project(root.cameras.get(index)?).ok()?;
+    let (half_height, central) = match projection {
+        Projection::Perspective { yfov } => ((0.5 * f64::from(yfov)).tan(), true),
+        Projection::Orthographic { half_height } => (f64::from(half_height), false),
+    };
+    let half_width = half_height * aspect.map_or(1.0, f64::from).max(1.0);
+    Some(Eye { position: place.position(), forward: place.forward().ok()?, half_width, central })
 }
 
 fn project(source: &Source) -> Result<(Projection, Option<f32>), Reason> {

@@ -70,7 +70,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str) -> Result<Scene, Reason> {
 
     let mut materials = Materials::new(&root, &mut notes)?;
     let pieces = pieces(&accessors, &placed, &mut materials, &mut notes)?;
-    let assembly = assemble(pieces)?;
+    let assembly = assemble(pieces, camera::eye(&root, &placed))?;
+    assembly.rounded.iter().for_each(|note| notes.line(note.clone()));
     let materials = materials.finish(&mut notes);
     match assembly.without_area {
         0 => {}

@@ -1,0 +1,132 @@
+//! A scene looks the same wherever it stands, however it is turned, whatever its size.
+//!
+//! What is rounded depends on where zero is and along which axes things lie: tests of agreement look at scenes that stand in a place
+//! of their own, a lamp as often as not in a plane through zero.
+
+use crate::area_light::corner_form_factor;
+use crate::support::{Build, diffuse, glow, look, measure, small};
+use glam::{DQuat, DVec3, Vec3};
+use halflight::plan::{Method, Settings};
+use halflight::sampling::{Rng, Stream};
+use halflight::scene::{Illumination, Luminaire, Projection, Scene};
+
+/// `scene` turned, then made `scale` times as large, so that `centre` of it comes to lie at zero. Radiance stays as it is.
+pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
+    let mut scene = scene.clone();
+    let place = |p: Vec3| (scale * (turn * (p.as_dvec3() - centre))).as_vec3();
+    let turned = |v: Vec3| (turn * v.as_dvec3()).as_vec3();
+    let size = scale as f32;
+    scene.mesh.positions.iter_mut().for_each(|p| *p = place(*p));
+    scene.mesh.normals.iter_mut().for_each(|n| *n = turned(*n).normalize());
+    let camera = &mut scene.camera;
+    camera.position = place(camera.position);
+    [camera.right, camera.up, camera.forward] = [camera.right, camera.up, camera.forward].map(turned);
+    if let Projection::Orthographic { half_height } = &mut camera.projection {
+        *half_height *= size;
+    }
+    for luminaire in &mut scene.luminaires {
+        match luminaire {
+            Luminaire::Triangle { area, .. } => *area *= size * size,
+            Luminaire::Point { position, intensity } => {
+                (*position, *intensity) = (place(*position), size * size * *intensity);
+            }
+            Luminaire::Spot { position, direction, intensity, .. } => {
+                (*position, *direction) = (place(*position), turned(*direction));
+                *intensity = size * size * *intensity;
+            }
+            Luminaire::Warn { position, direction, attenuation: [_, a1, a2], .. } => {
+                (*position, *direction) = (place(*position), turned(*direction));
+                (*a1, *a2) = (*a1 / size, *a2 / (size * size));
+            }
+            Luminaire::Directional { direction, .. } => *direction = turned(*direction),
+        }
+    }
+    scene
+}
+
+/// `scene` somewhere else, by chance; the same for the same number.
+pub fn somewhere(scene: &Scene, number: u64) -> Scene {
+    let mut rng = Rng::new(17, Stream::Test, 0, number);
+    let (min, max) = scene.mesh.bounds();
+    let lamps: Vec<Vec3> = scene.luminaires.iter().filter_map(|luminaire| middle(scene, luminaire)).collect();
+    let middle = 0.5 * (min + max).as_dvec3();
+    let centre = match rng.u32() % 3 {
+        _ if lamps.is_empty() => middle,
+        0 => middle + (max - min).as_dvec3() * (rng.f32() as f64),
+        _ => lamps[rng.u32() as usize % lamps.len()].as_dvec3(),
+    };
+    let [x, y, z] = [(); 3].map(|()| f64::from(rng.f32()) - 0.5);
+    // As often as not along the axes, where coordinates are the same to the bit.
+    let turn = match rng.u32() % 2 {
+        0 => DQuat::IDENTITY,
+        _ => DQuat::from_xyzw(x, y, z, f64::from(rng.f32()) - 0.5).normalize(),
+    };
+    placed(scene, centre, turn, 1e4_f64.powf(f64::from(rng.f32()) - 0.5))
+}
+
+fn middle(scene: &Scene, luminaire: &Luminaire) -> Option<Vec3> {
+    match *luminaire {
+        Luminaire::Triangle { triangle, .. } => Some(scene.mesh.corners(triangle).iter().sum::<Vec3>() / 3.0),
+        Luminaire::Point { position, .. }
+        | Luminaire::Spot { position, .. }
+        | Luminaire::Warn { position, .. } => Some(position),
+        Luminaire::Directional { .. } => None,
+    }
+}
+
+const RADIANCE: f64 = 3.0;
+const ALBEDO: f64 = 0.6;
+const HEIGHT: f64 = 0.75;
+const HALF: f64 = 0.5;
+
+/// What is seen of a floor straight below the middle of a square lamp: a closed form (Lambert's).
+fn expected() -> f64 {
+    ALBEDO * RADIANCE * 4.0 * corner_form_factor(HALF, HALF, HEIGHT)
+}
+
+/// A floor below a lamp, and a camera that sees the middle of it.
+fn lamp_above_floor() -> Scene {
+    let mut build = Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO));
+    build.0.camera.projection = Projection::Perspective { yfov: 0.004 };
+    let floor = build.material("Floor", diffuse(ALBEDO as f32));
+    let lamp = build.material("Lamp", diffuse(0.0));
+    build.0.materials[lamp as usize].emission = glow(RADIANCE as f32);
+    build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
+    let (half, height) = (HALF as f32, HEIGHT as f32);
+    build.quad(Vec3::new(-half, height, -half), Vec3::X * 2.0 * half, Vec3::Z * 2.0 * half, lamp);
+    build.finish()
+}
+
+fn methods() -> [Settings; 4] {
+    let keep = [halflight::plan::Omittable::LightSamples];
+    [
+        small(16, 16, 1),
+        // Without the closed form all light comes by connections.
+        Settings { keep: keep.into_iter().collect(), ..small(16, 16, 1) },
+        Settings { method: Method::Path, samples: 16, ..small(16, 16, 1) },
+        Settings { method: Method::PathPlain, samples: 256, ..small(16, 16, 1) },
+    ]
+}
+
+#[test]
+fn a_lamp_lights_wherever_zero_is() {
+    let scene = lamp_above_floor();
+    // From the lamp's own plane to where its coordinates are as large as the way.
+    for below in [0.0, 1e-9, 1e-5, 1e-3, 0.02, -0.05, 0.1, 0.75] {
+        let here = placed(&scene, DVec3::new(0.0, HEIGHT - below, 0.0), DQuat::IDENTITY, 1.0);
+        for settings in methods().into_iter().take(if below == 0.0 { 4 } else { 3 }) {
+            measure(here.clone(), settings, 64).must_be(expected(), 0.001);
+        }
+    }
+}
+
+#[test]
+fn a_lamp_lights_however_the_scene_is_turned_and_whatever_its_size() {
+    let scene = lamp_above_floor();
+    for number in 0..24 {
+        let here = somewhere(&scene, number);
+        for settings in methods().into_iter().take(3) {
+            measure(here.clone(), settings, 64).must_be(expected(), 0.001);
+        }
+    }
+}
