@@ -3,7 +3,7 @@
 use super::luminaires::Luminaires;
 use super::numbers::Samples;
 use super::reads::Reads;
-use super::walk::{Scratch, Walk};
+use super::walk::{Looker, Scratch, Walk};
 use crate::rays::Rays;
 use crate::sampling::warp;
 use crate::scene::Scene;
@@ -59,7 +59,8 @@ pub fn arriving_power(scene: &Scene, rays: &Rays, seed: u64, pass: u32, places: 
                 let origin = point.origin_towards(direction);
                 // Two sides, on each of which cosines integrate to π.
                 let start = Reads::visible_and_invisible();
-                let reading = walk.gather(start, origin, direction, &mut numbers, &mut scratch);
+                let reading =
+                    walk.gather(Looker::Surface, start, origin, direction, &mut numbers, &mut scratch);
                 sum.reflected += 2.0 * PI * (total(reading.radiance) - total(reading.emitted));
             }
             sum

@@ -24,7 +24,7 @@ use luminaires::Luminaires;
 use numbers::Samples;
 use rayon::prelude::*;
 use reads::Reads;
-use walk::{Reading, Scratch, Walk};
+use walk::{Looker, Reading, Scratch, Walk};
 
 /// How luminaires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,7 +121,7 @@ fn trace_pixels<const N: usize>(
             let [dx, dy] = numbers.next();
             let (x, y) = ((column + dx) / width as f32, (row + dy) / height as f32);
             let (origin, direction) = view.ray(x, y);
-            sum += walk.gather(start, origin, direction, &mut numbers, scratch);
+            sum += walk.gather(Looker::Camera, start, origin, direction, &mut numbers, scratch);
         }
         sum.over(samples_per_pixel)
     };

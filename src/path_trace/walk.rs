@@ -21,6 +21,15 @@ pub(super) struct Walk<'a> {
     lets_visible_through: bool,
 }
 
+/// From where a walk starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Looker {
+    /// To it, backs may be unseen.
+    Camera,
+    /// A surface asks what light comes to it.
+    Surface,
+}
+
 /// A straight line yet to be followed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<const N: usize> {
@@ -28,6 +37,8 @@ pub(super) struct Line<const N: usize> {
     direction: Vec3,
     pub reads: Reads<N>,
     reflections: u32,
+    /// It comes from the camera through nothing but delta lobes: what the eye does not see is not there.
+    seen: bool,
     /// Product of the η² factors of refraction in `reads`, which say nothing about how much light is to be had.
     compression: f32,
     /// Density in solid angle with which the direction was chosen, None where a connection had no chance of it.
@@ -82,9 +93,10 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What rows `start` read along the camera ray.
+    /// What rows `start` read along a ray from `looker`.
     pub fn gather<const N: usize>(
         &self,
+        looker: Looker,
         start: Reads<N>,
         origin: Vec3,
         direction: Vec3,
@@ -93,8 +105,15 @@ impl<'a> Walk<'a> {
     ) -> Reading<N> {
         let mut reading = Reading::ZERO;
         let mut population = Population::new(start.total());
-        let camera =
-            Line { origin, direction, reads: start, reflections: 0, compression: 1.0, pdf_solid_angle: None };
+        let camera = Line {
+            origin,
+            direction,
+            reads: start,
+            reflections: 0,
+            seen: looker == Looker::Camera,
+            compression: 1.0,
+            pdf_solid_angle: None,
+        };
         scratch.lines.push(camera);
         while let Some(line) = scratch.lines.pop() {
             reading.lines += 1;
@@ -148,11 +167,13 @@ impl<'a> Walk<'a> {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let goes_through = (self.lets_invisible_through && line.reads.any_invisible())
             || (self.lets_visible_through && line.reads.any_visible());
-        if goes_through {
-            self.rays.crossings(&ray, hits);
-        } else {
-            hits.clear();
-            hits.extend(self.rays.closest(&ray));
+        match (goes_through, line.seen) {
+            (true, true) => self.rays.crossings_seen(&ray, hits),
+            (true, false) => self.rays.crossings(&ray, hits),
+            (false, seen) => {
+                hits.clear();
+                hits.extend(if seen { self.rays.closest_seen(&ray) } else { self.rays.closest(&ray) });
+            }
         }
     }
 
@@ -280,6 +301,7 @@ impl<const N: usize> Encounter<'_, N> {
             direction: sample.to,
             reads: reads.scaled(1.0 / (probability * endurance)),
             reflections: self.line.reflections + 1,
+            seen: self.line.seen && term.lobe.is_delta(),
             compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
             pdf_solid_angle: (!term.lobe.is_delta()).then_some(probability * sample.pdf_solid_angle),
         })

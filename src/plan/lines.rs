@@ -9,6 +9,7 @@ use crate::optics::Lobe;
 use crate::rays::{Hit, Ray, Rays, Segment};
 use crate::scene::{Luminaire, Scene};
 use glam::Vec3;
+use std::collections::BTreeSet;
 
 /// Whether the visibility of direct light must be asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,6 +161,9 @@ pub(super) fn closed_form(
     others
 }
 
+/// Lines on each side of the grid that finds what is looked through.
+const LOOKS: u32 = 32;
+
 impl Plan {
     /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
     pub fn visibility_along(&self, segment: &Segment) -> Matrix {
@@ -169,22 +173,40 @@ impl Plan {
         }
     }
 
+    /// Names of surfaces through whose backs the camera looks, as far as a grid of lines finds them.
+    pub fn looked_through(&self) -> Vec<String> {
+        let Settings { width, height, .. } = self.settings;
+        let view = self.scene.camera.view(width as f32 / height as f32);
+        let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
+        let back = |i: u32| {
+            let (origin, direction) = view.ray(place(i % LOOKS), place(i / LOOKS));
+            let ray = Ray { origin, direction, t_max: f32::INFINITY };
+            let hit = self.rays.closest(&ray)?;
+            (self.rays.closest_seen(&ray) != Some(hit)).then_some(hit.triangle)
+        };
+        let surfaces: BTreeSet<u32> = (0..LOOKS * LOOKS)
+            .filter_map(back)
+            .map(|triangle| self.scene.mesh.surface[triangle as usize])
+            .collect();
+        surfaces.into_iter().map(|surface| self.scene.surfaces[surface as usize].name.clone()).collect()
+    }
+
     /// What the indices of triangles and rims take in memory.
     pub fn index_bytes(&self) -> usize {
         self.rays.bytes() + self.casters.as_ref().map_or(0, Rays::bytes) + self.rims.bytes()
     }
 
     /// The surfaces on a line from the camera, in order, as far as any of `rows` can read: the first alone, where
-    /// nothing lets through what they read.
+    /// nothing lets through what they read. Backs that the eye does not see are not among them.
     pub fn look_along(&self, ray: &Ray, rows: &[Row], hits: &mut Vec<Hit>) {
         let Through { invisible, visible } = self.through;
         let goes_through = (invisible && rows.iter().any(|row| row.invisible != Vec3::ZERO))
             || (visible && rows.iter().any(|row| row.visible != Vec3::ZERO));
         if goes_through {
-            self.rays.crossings(ray, hits);
+            self.rays.crossings_seen(ray, hits);
         } else {
             hits.clear();
-            hits.extend(self.rays.closest(ray));
+            hits.extend(self.rays.closest_seen(ray));
         }
     }
 }

@@ -1,7 +1,7 @@
-use super::Hit;
 use super::exact::cross;
 use super::line::{Line, ROUNDING};
 use super::walk::Visit;
+use super::{ABSENT, Hit};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use glam::Vec3;
@@ -19,7 +19,7 @@ pub(super) struct Block {
     corners: [[[f32; LANES]; 3]; 3],
     /// Index into the mesh.
     triangle: [u32; LANES],
-    /// Index into the scene's straight matrices.
+    /// Index into the scene's straight matrices, and what backs are.
     class: [u32; LANES],
     /// No edge of these triangles is longer along any axis.
     extent: f32,
@@ -116,7 +116,9 @@ pub(super) fn visit_leaf<S: Simd, V: Visit>(
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
             candidates &= candidates - 1;
-            if let Some(crossing) = cross(line, block.lane(line, lane)) {
+            if let Some(crossing) = cross(line, block.lane(line, lane))
+                && !(crossing.back && block.class[lane] & ABSENT != 0)
+            {
                 let (t, u, v) = (crossing.t as f32, crossing.u as f32, crossing.v as f32);
                 visit.hit(
                     Hit { t, triangle: block.triangle[lane], u, v, back: crossing.back },

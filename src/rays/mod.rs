@@ -21,7 +21,7 @@ mod widen;
 
 use crate::light::Matrix;
 use crate::optics::Lobe;
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{Backs, Material, Scene, SurfacePoint};
 use build::Tree;
 use fearless_simd::{Level, dispatch};
 use glam::Vec3;
@@ -29,7 +29,7 @@ use line::Line;
 use media::Media;
 pub use segment::Segment;
 use std::cell::RefCell;
-use visit::{Any, Closest, Passed, Product, UpToBlocker};
+use visit::{Any, Closest, Passed, Product, Seen, UpToBlocker};
 use walk::{Visit, walk};
 
 /// A half-line or segment: points `origin + t * direction` with 0 < t < `t_max`.
@@ -60,6 +60,10 @@ pub struct Hit {
 
 /// The class of triangles that let nothing straight through.
 const BLOCKER: u32 = 0;
+/// Set in the class of triangles whose backs the eye does not meet.
+const UNSEEN: u32 = 1 << 31;
+/// Set in the class of triangles whose backs no ray meets.
+const ABSENT: u32 = 1 << 30;
 
 /// What goes straight through the scene's triangles, taken together.
 enum Through {
@@ -114,11 +118,21 @@ impl Rays {
                 }) as u32
             })
             .collect();
-        let class_of_surface: Vec<u32> =
-            scene.surfaces.iter().map(|surface| class_of_material[surface.material as usize]).collect();
+        let backs = |material: &Material| match material.backs {
+            Backs::Seen => 0,
+            Backs::Unseen => UNSEEN,
+            Backs::Absent => UNSEEN | ABSENT,
+        };
+        let class_of_surface: Vec<u32> = scene
+            .surfaces
+            .iter()
+            .map(|surface| surface.material as usize)
+            .map(|material| class_of_material[material] | backs(&scene.materials[material]))
+            .collect();
         let class = |triangle: u32| class_of_surface[scene.mesh.surface[triangle as usize] as usize];
         let mut seen = vec![false; straight.len()];
-        (0..scene.mesh.triangles.len() as u32).for_each(|triangle| seen[class(triangle) as usize] = true);
+        (0..scene.mesh.triangles.len() as u32)
+            .for_each(|triangle| seen[(class(triangle) & !(UNSEEN | ABSENT)) as usize] = true);
         let present = || straight.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(matrix, _)| *matrix);
         let through = if present().all(Matrix::is_zero) {
             Through::Nothing
@@ -166,6 +180,20 @@ impl Rays {
     /// The first triangle that the ray meets.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         self.query(&ray.into(), Closest::new(ray.t_max)).finish()
+    }
+
+    /// The first triangle that the eye meets along the ray: backs that are [`Backs::Unseen`] are not there.
+    pub fn closest_seen(&self, ray: &Ray) -> Option<Hit> {
+        self.query(&ray.into(), Seen(Closest::new(ray.t_max))).0.finish()
+    }
+
+    /// All triangles that the eye meets along the ray, as [`crossings`](Self::crossings).
+    pub fn crossings_seen(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        hits.clear();
+        match self.through {
+            Through::Nothing => hits.extend(self.closest_seen(ray)),
+            _ => self.query(&ray.into(), Seen(UpToBlocker::new(ray.t_max, hits))).0.finish(),
+        }
     }
 
     /// All triangles along a [`Ray`] or [`Segment`] in order of (t, front before back, triangle), up to and including the

@@ -1,7 +1,7 @@
 //! What each query does with the crossings that the walk shows it.
 
 use super::walk::Visit;
-use super::{BLOCKER, Hit};
+use super::{ABSENT, BLOCKER, Hit, UNSEEN};
 use crate::light::Matrix;
 use std::ops::ControlFlow;
 
@@ -48,6 +48,29 @@ impl Visit for Closest {
     }
 }
 
+/// What the eye meets of what another visit would be shown.
+pub(super) struct Seen<V>(pub V);
+
+impl<V: Visit> Visit for Seen<V> {
+    const ORDERED: bool = V::ORDERED;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.0.limit()
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
+        if hit.back && class & UNSEEN != 0 { ControlFlow::Continue(()) } else { self.0.hit(hit, class) }
+    }
+}
+
+/// The straight matrix of a class.
+#[inline(always)]
+fn matter(class: u32) -> u32 {
+    class & !(UNSEEN | ABSENT)
+}
+
 /// Keeps all crossings up to the first blocker.
 pub(super) struct UpToBlocker<'a> {
     hits: &'a mut Vec<Hit>,
@@ -67,7 +90,7 @@ impl Visit for UpToBlocker<'_> {
     fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
         if order(&hit) <= self.end {
             self.hits.push(hit);
-            if class == BLOCKER {
+            if matter(class) == BLOCKER {
                 self.end = order(&hit);
             }
         }
@@ -128,7 +151,7 @@ impl Visit for Product<'_> {
 
     #[inline(always)]
     fn hit(&mut self, _hit: Hit, class: u32) -> ControlFlow<()> {
-        self.product = self.product * self.straight[class as usize];
+        self.product = self.product * self.straight[matter(class) as usize];
         if self.product.is_zero() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
@@ -151,6 +174,7 @@ impl Visit for Passed<'_> {
 
     #[inline(always)]
     fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
+        let class = matter(class);
         if class == BLOCKER {
             self.blocked = true;
             return ControlFlow::Break(());

@@ -53,9 +53,8 @@ pub(super) fn centre(pieces: &[Piece], eye: Option<Eye>) -> Centre {
     if seen.is_empty() {
         return Centre { origin: middle, note: None };
     }
-    let focus = DVec3::from(
-        [0, 1, 2].map(|axis| quantile(seen.iter().map(|s| (s.centroid()[axis], s.weight)), 0.5)),
-    );
+    let focus =
+        DVec3::from([0, 1, 2].map(|axis| quantile(seen.iter().map(|s| (s.centroid()[axis], s.weight)), 0.5)));
     let size = quantile(seen.iter().map(|s| (s.reach(focus), s.weight)), MOST);
     if !(reach > FAR * size) {
         return Centre { origin: middle, note: lost(&seen, &eye, middle) };
@@ -82,7 +81,7 @@ fn bounds(triangles: impl Iterator<Item = [DVec3; 3]>) -> (DVec3, DVec3) {
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), corner| (min.min(corner), max.max(corner)))
 }
 
-/// Triangles whose middle is seen, or whose middle lies before the eye where none is.
+/// Triangles that reach into the picture, or lie before the eye where none does.
 fn seen(pieces: &[Piece], eye: &Eye) -> Vec<Seen> {
     let weighed = |in_picture: bool| {
         let mut seen: Vec<Seen> = all_corners(pieces)
@@ -113,10 +112,11 @@ impl Eye {
     fn weight(&self, corners: [DVec3; 3], in_picture: bool) -> f64 {
         let [a, b, c] = corners.map(|corner| corner - self.position);
         let middle = (a + b + c) / 3.0;
-        let depth = middle.dot(self.forward);
-        let aside = (middle - depth * self.forward).length();
-        // The picture's corners, and half as much again for what only reaches in.
-        let most = 2.0 * self.half_width * if self.central { depth } else { 1.0 };
+        let spread = [a, b, c].map(|corner| corner.distance(middle)).into_iter().fold(0.0, f64::max);
+        let depth = middle.dot(self.forward) + spread;
+        let aside = (middle - middle.dot(self.forward) * self.forward).length() - spread;
+        // As far as the picture's corners.
+        let most = std::f64::consts::SQRT_2 * self.half_width * if self.central { depth } else { 1.0 };
         if depth <= 0.0 || (in_picture && aside > most) {
             return 0.0;
         }
@@ -130,7 +130,7 @@ impl Eye {
 
     /// The size of a pixel at `place`, m, in a picture of 512.
     fn pixel(&self, place: DVec3) -> f64 {
-        let distance = if self.central { (place - self.position).dot(self.forward) } else { 1.0 };
+        let distance = if self.central { (place - self.position).length() } else { 1.0 };
         2.0 * self.half_width * distance / 512.0
     }
 }

@@ -17,12 +17,27 @@ pub struct Material {
     pub straight: Option<Matrix>,
     /// What it radiates, if it is a luminaire.
     pub emission: Option<Emission>,
+    /// What its backs are to rays.
+    pub backs: Backs,
     /// The resolved matrix BSDF; see [`Scene::illuminate`](super::Scene::illuminate).
     pub bsdf: Bsdf,
     /// The illumination that `bsdf` was resolved from, in words.
     pub resolved: String,
     /// Which of its matrices are those of the scene's point of the square.
     pub follows: Follows,
+}
+
+/// What the backs of a material's triangles are to rays. glTF culls those of surfaces that are not `doubleSided`, as if they were
+/// not there; eq. 6 of the paper has them absorb.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backs {
+    /// There for the eye and for light: a one-sided lobe absorbs what comes to its back.
+    #[default]
+    Seen,
+    /// The eye looks through them, also by way of mirrors and glass; light is absorbed by them.
+    Unseen,
+    /// Neither the eye nor light meets them.
+    Absent,
 }
 
 /// The part of a material that follows the scene's point (s, t) of the square; the rest has matrices of its own.
@@ -44,6 +59,7 @@ impl Material {
             opaque: None,
             straight: None,
             emission: None,
+            backs: Backs::Seen,
             bsdf: Bsdf::default(),
             resolved: String::new(),
             follows: Follows::default(),

@@ -16,7 +16,7 @@ mod mesh;
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, warn_falloff};
-pub use material::{Follows, Material};
+pub use material::{Backs, Follows, Material};
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 

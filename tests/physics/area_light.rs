@@ -2,8 +2,8 @@
 
 use crate::support::{Build, diffuse, glow, look, measure, small};
 use glam::Vec3;
-use halflight::plan::{Direct, Settings};
-use halflight::scene::{Illumination, Scene};
+use halflight::plan::{Direct, Method, Settings};
+use halflight::scene::{Backs, Illumination, Scene};
 use std::f64::consts::PI;
 
 const RADIANCE: f64 = 3.0;
@@ -59,6 +59,33 @@ fn an_opaque_sheet_shadows_and_a_shadowless_one_does_not() {
     measure(scene(Illumination::LOCAL, true), small(16, 16, 1), 64).must_be(expected(), 0.001);
     let dark = measure(scene(Illumination::ONE_BOUNCE, true), small(16, 16, 1), 8);
     assert_eq!(dark.mean, 0.0);
+}
+
+/// A sheet in the way of camera or light, which turns its back to it.
+fn behind_a_sheet(backs: Backs, of_light: bool) -> Scene {
+    let mut build = Build(scene(Illumination::ONE_BOUNCE, false));
+    build.0.luminaires.clear();
+    let sheet = build.material("Sheet", diffuse(0.9));
+    build.0.materials[sheet as usize].backs = backs;
+    if of_light {
+        build.quad(Vec3::new(-1.0, 0.5, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, sheet);
+    } else {
+        build.quad(Vec3::new(1.5, 0.1, -1.0), Vec3::Z * 2.0, Vec3::Y, sheet);
+    }
+    build.finish()
+}
+
+#[test]
+fn the_eye_and_light_meet_the_backs_that_are_there_for_them() {
+    let path = Settings { method: Method::Path, samples: 16, ..small(16, 16, 1) };
+    for settings in [small(16, 16, 1), path] {
+        for (backs, of_light) in [(Backs::Unseen, false), (Backs::Absent, false), (Backs::Absent, true)] {
+            measure(behind_a_sheet(backs, of_light), settings.clone(), 64).must_be(expected(), 0.001);
+        }
+        for (backs, of_light) in [(Backs::Seen, false), (Backs::Seen, true), (Backs::Unseen, true)] {
+            assert_eq!(measure(behind_a_sheet(backs, of_light), settings.clone(), 4).mean, 0.0, "{backs:?}");
+        }
+    }
 }
 
 #[test]

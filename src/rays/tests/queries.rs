@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::Backs;
 use fearless_simd::Level;
 
 /// A triangle around the z axis at height z.
@@ -30,6 +31,30 @@ fn nothing_and_one_triangle() {
     }
     let flat = opaque(&[[Vec3::Z, Vec3::Z + Vec3::X, Vec3::Z - Vec3::X], [Vec3::Z; 3]]);
     assert!(!flat.occluded(&UP));
+}
+
+#[test]
+fn backs_are_there_for_whom_they_are() {
+    // Seen from below, the back of the first and the front of the second.
+    let soup = [pane(1.0), flipped(pane(2.0))];
+    let with = |backs| {
+        let mut scene = scene(&soup, |_| 0, &[Matrix::ZERO]);
+        scene.materials[0].backs = backs;
+        Rays::build(&scene)
+    };
+    for (backs, eye, light) in [(Backs::Seen, 1.0, 1.0), (Backs::Unseen, 2.0, 1.0), (Backs::Absent, 2.0, 2.0)]
+    {
+        for rays in [with(backs), with(backs).without_shortcuts()] {
+            let first = |hits: &[Hit]| hits.iter().map(|hit| hit.t).collect::<Vec<_>>();
+            let mut seen = Vec::new();
+            rays.crossings_seen(&UP, &mut seen);
+            assert_eq!((first(&seen), first(&all(&rays, &UP))), (vec![eye], vec![light]), "{backs:?}");
+            assert_eq!(rays.closest_seen(&UP).map(|hit| hit.t), Some(eye));
+            assert_eq!(rays.closest(&UP).map(|hit| hit.t), Some(light));
+            assert_eq!(rays.occluded(&Ray { t_max: 1.5, ..UP }), light == 1.0);
+            assert_eq!(rays.transmittance(&Ray { t_max: 1.5, ..UP }).is_zero(), light == 1.0);
+        }
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use super::Reason;
 use super::notes::Notes;
 use crate::light::{Light, Matrix};
-use crate::scene::Illumination;
 use crate::scene::illumination::{matrix_from, square_from};
+use crate::scene::{Backs, Illumination};
 use glam::Vec3;
 use serde_json::{Map, Value};
 
@@ -24,6 +24,7 @@ const STRAIGHT: &str = "straight";
 const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
+const BACKS: &str = "backs";
 /// Every key of ours with where it is read.
 const KEYS: &[(&str, &[Place], &str)] = &[
     (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
@@ -32,6 +33,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (EMISSION, &[Place::Material, Place::Light], "materials and lights"),
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
+    (BACKS, &[Place::Material], "materials"),
 ];
 
 /// The extras of one thing.
@@ -105,6 +107,18 @@ impl Extras {
         self.read(THIN, "true or false", |value| match value.as_u64() {
             Some(number @ (0 | 1)) => Some(number == 1),
             _ => value.as_bool(),
+        })
+    }
+
+    /// `backs`: what one-sided surfaces are from behind.
+    pub fn backs(&self) -> Result<Option<Backs>, Reason> {
+        self.read(BACKS, "\"seen\", \"unseen\" (to the eye) or \"absent\" (to light as well)", |value| {
+            match value.as_str()? {
+                "seen" => Some(Backs::Seen),
+                "unseen" => Some(Backs::Unseen),
+                "absent" => Some(Backs::Absent),
+                _ => None,
+            }
         })
     }
 
@@ -197,7 +211,7 @@ mod tests {
     #[test]
     fn our_keys_are_read() {
         let json = r#"{"illumination": [1, 0.5], "opaque": [0, 0, 0, 1], "straight": [0.5, 0, 0, 0.0],
-            "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "other": {"x": 1}}"#;
+            "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "backs": "absent", "other": {"x": 1}}"#;
         let (extras, _) = extras(json, Place::Material);
         assert_eq!(extras.illumination(), Ok(Some(Illumination::Square { s: 1.0, t: 0.5 })));
         assert_eq!(extras.opaque(), Ok(Some(Matrix::new([[0.0, 0.0], [0.0, 1.0]]))));
@@ -205,13 +219,14 @@ mod tests {
         assert_eq!(extras.emission(), Ok(Some(EmissionScale { invisible: 1.0, visible: 0.0 })));
         assert_eq!(extras.thin(), Ok(Some(true)));
         assert_eq!(extras.warn(), Ok(Some([0.0, 0.0, 0.0, 1.0])));
+        assert_eq!(extras.backs(), Ok(Some(Backs::Absent)));
     }
 
     #[test]
     fn wrong_values_are_named() {
         let (extras, _) = extras(
             r#"{"illumination": "globel", "opaque": [0, 0, 1], "straight": [0, -1, 0, 0], "emission": [1, -1],
-                "thin": "yes", "warn": [1, 0, 0, 0]}"#,
+                "thin": "yes", "warn": [1, 0, 0, 0], "backs": true}"#,
             Place::Material,
         );
         let messages = [
@@ -221,6 +236,7 @@ mod tests {
             extras.emission().map(drop).unwrap_err(),
             extras.thin().map(drop).unwrap_err(),
             extras.warn().map(drop).unwrap_err(),
+            extras.backs().map(drop).unwrap_err(),
         ];
         for message in messages {
             assert!(

@@ -5,7 +5,7 @@ use super::extras::{Extras, Place};
 use super::notes::{Notes, label};
 use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
 use crate::scene::assembly::Closure;
-use crate::scene::{Emission, Material};
+use crate::scene::{Backs, Emission, Material};
 use glam::Vec3;
 use gltf::json::Root;
 use gltf::json::extensions::material as extension;
@@ -199,6 +199,11 @@ impl<'a> Reader<'a> {
             opaque: self.extras.opaque()?,
             straight: self.extras.straight()?,
             emission: self.emission(notes)?,
+            backs: self.extras.backs()?.unwrap_or(if two_sided || self.transmission > 0.0 {
+                Backs::Seen
+            } else {
+                Backs::Unseen
+            }),
             ..Material::new(self.name.clone(), diffuse)
         })
     }
