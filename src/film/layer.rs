@@ -17,13 +17,14 @@ pub enum Layer {
     Bias,
     /// The part of the picture that comes straight from luminaires.
     Emitted,
-    /// The part that met one surface between luminaire and camera.
+    /// The part that met one surface between luminaire and camera. After few passes a pixel at the rim of a half shadow may be a
+    /// little below zero: what is known of the unhidden lamp, less what was found hidden.
     Direct,
     /// The part that came through delta lobes before the surface seen.
     Caustic,
     /// The rest: inter-reflection.
     Indirect,
-    /// Distance from the camera, in `x`.
+    /// Distance from the camera to the first surface, m, in `x`; infinity where a pass met none.
     Depth,
     /// Shading normal of the surface seen, world space.
     Normal,

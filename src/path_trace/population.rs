@@ -15,26 +15,27 @@ const TOO_MANY: u32 = 16_384;
 /// Reflections after which a walk may end although its weight has not fallen.
 const LONG: u32 = 64;
 
+/// The unit of all that comes by a surface that the camera looks at and that reads `total` of what had the unit `before`: it is
+/// followed however dark it is.
+pub(super) fn unit_at_first(total: f32, before: f32) -> f32 {
+    before.min(total / KEPT_FOR_CERTAIN)
+}
+
 /// How many branches one camera sample has had, and who may live.
 ///
 /// Where matter both scatters and lets light straight through, a walk is a tree. Its branches keep to equal weights,
 /// as those of a neutron transport code do, so that the number of branches, not their weight, follows the
 /// multiplication factor k. Every decision depends on the past only and is paid for by weight: no bias.
+#[derive(Default)]
 pub(super) struct Population {
-    start: f32,
     born: u32,
 }
 
 impl Population {
-    /// Of a sample whose rows start with this total.
-    pub fn new(start: f32) -> Self {
-        Self { start, born: 0 }
-    }
-
-    /// Probability with which a branch that reads `total` is to live.
-    pub fn survival(&self, total: f32) -> f32 {
+    /// Probability with which a branch that reads `total` is to live, where a whole pixel reads `unit`; both above 0.
+    pub fn survival(&self, total: f32, unit: f32) -> f32 {
         let crowding = (self.born as f32 / MANY as f32).max(1.0);
-        (total / (self.start * KEPT_FOR_CERTAIN * crowding)).min(1.0)
+        (total / (unit * KEPT_FOR_CERTAIN * crowding)).min(1.0)
     }
 
     /// Counts a branch.

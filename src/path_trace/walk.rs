@@ -1,6 +1,6 @@
 use super::luminaires::Luminaires;
 use super::numbers::Numbers;
-use super::population::{Population, endurance};
+use super::population::{Population, endurance, unit_at_first};
 use super::reads::Reads;
 use crate::light::Light;
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
@@ -37,6 +37,8 @@ pub(super) struct Line<const N: usize> {
     direction: Vec3,
     pub reads: Reads<N>,
     reflections: u32,
+    /// What counts as all that its pixel reads.
+    unit: f32,
     /// It comes from the camera through nothing but delta lobes: what the eye does not see is not there.
     seen: bool,
     /// Product of the η² factors of refraction in `reads`, which say nothing about how much light is to be had.
@@ -104,12 +106,13 @@ impl<'a> Walk<'a> {
         scratch: &mut Scratch<N>,
     ) -> Reading<N> {
         let mut reading = Reading::ZERO;
-        let mut population = Population::new(start.total());
+        let mut population = Population::default();
         let camera = Line {
             origin,
             direction,
             reads: start,
             reflections: 0,
+            unit: start.total(),
             seen: looker == Looker::Camera,
             compression: 1.0,
             pdf_solid_angle: None,
@@ -194,8 +197,13 @@ impl<'a> Walk<'a> {
     ) -> Option<Line<N>> {
         let line = encounter.line;
         let shares: f32 = encounter.bsdf.terms.iter().map(|term| encounter.share(term)).sum();
-        let survival = population.survival(shares / line.compression);
-        if survival == 0.0 || (survival < 1.0 && numbers.one() >= survival) {
+        let total = shares / line.compression;
+        if total == 0.0 {
+            return None;
+        }
+        let unit = if line.reflections == 0 { unit_at_first(total, line.unit) } else { line.unit };
+        let survival = population.survival(total, unit);
+        if survival < 1.0 && numbers.one() >= survival {
             return None;
         }
         let reads = encounter.reads.scaled(1.0 / survival);
@@ -209,7 +217,7 @@ impl<'a> Walk<'a> {
         let term = Term { lobe: self.rays.lobe_at(term.lobe, &encounter.at), ..*term };
         let child = encounter.branch(&term, reads, probability, endurance, numbers)?;
         population.grow();
-        Some(child)
+        Some(Line { unit, ..child })
     }
 
     /// Next-event estimation: what a random luminaire sends here, through whatever lies between.
@@ -301,6 +309,7 @@ impl<const N: usize> Encounter<'_, N> {
             direction: sample.to,
             reads: reads.scaled(1.0 / (probability * endurance)),
             reflections: self.line.reflections + 1,
+            unit: self.line.unit,
             seen: self.line.seen && term.lobe.is_delta(),
             compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
             pdf_solid_angle: (!term.lobe.is_delta()).then_some(probability * sample.pdf_solid_angle),

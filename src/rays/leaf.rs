@@ -1,7 +1,7 @@
+use super::Hit;
 use super::exact::cross;
 use super::line::{Line, ROUNDING};
 use super::walk::Visit;
-use super::{ABSENT, Hit};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 use glam::Vec3;
@@ -116,9 +116,7 @@ pub(super) fn visit_leaf<S: Simd, V: Visit>(
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
             candidates &= candidates - 1;
-            if let Some(crossing) = cross(line, block.lane(line, lane))
-                && !(crossing.back && block.class[lane] & ABSENT != 0)
-            {
+            if let Some(crossing) = cross(line, block.lane(line, lane)) {
                 let (t, u, v) = (crossing.t as f32, crossing.u as f32, crossing.v as f32);
                 visit.hit(
                     Hit { t, triangle: block.triangle[lane], u, v, back: crossing.back },

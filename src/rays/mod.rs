@@ -62,8 +62,6 @@ pub struct Hit {
 const BLOCKER: u32 = 0;
 /// Set in the class of triangles whose backs the eye does not meet.
 const UNSEEN: u32 = 1 << 31;
-/// Set in the class of triangles whose backs no ray meets.
-const ABSENT: u32 = 1 << 30;
 
 /// What goes straight through the scene's triangles, taken together.
 enum Through {
@@ -121,7 +119,6 @@ impl Rays {
         let backs = |material: &Material| match material.backs {
             Backs::Seen => 0,
             Backs::Unseen => UNSEEN,
-            Backs::Absent => UNSEEN | ABSENT,
         };
         let class_of_surface: Vec<u32> = scene
             .surfaces
@@ -132,7 +129,7 @@ impl Rays {
         let class = |triangle: u32| class_of_surface[scene.mesh.surface[triangle as usize] as usize];
         let mut seen = vec![false; straight.len()];
         (0..scene.mesh.triangles.len() as u32)
-            .for_each(|triangle| seen[(class(triangle) & !(UNSEEN | ABSENT)) as usize] = true);
+            .for_each(|triangle| seen[(class(triangle) & !UNSEEN) as usize] = true);
         let present = || straight.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(matrix, _)| *matrix);
         let through = if present().all(Matrix::is_zero) {
             Through::Nothing

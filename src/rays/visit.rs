@@ -1,7 +1,7 @@
 //! What each query does with the crossings that the walk shows it.
 
 use super::walk::Visit;
-use super::{ABSENT, BLOCKER, Hit, UNSEEN};
+use super::{BLOCKER, Hit, UNSEEN};
 use crate::light::Matrix;
 use std::ops::ControlFlow;
 
@@ -68,7 +68,7 @@ impl<V: Visit> Visit for Seen<V> {
 /// The straight matrix of a class.
 #[inline(always)]
 fn matter(class: u32) -> u32 {
-    class & !(UNSEEN | ABSENT)
+    class & !UNSEEN
 }
 
 /// Keeps all crossings up to the first blocker.

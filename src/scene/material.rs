@@ -36,8 +36,6 @@ pub enum Backs {
     Seen,
     /// The eye looks through them, also by way of mirrors and glass; light is absorbed by them.
     Unseen,
-    /// Neither the eye nor light meets them.
-    Absent,
 }
 
 /// The part of a material that follows the scene's point (s, t) of the square; the rest has matrices of its own.

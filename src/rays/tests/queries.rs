@@ -42,17 +42,16 @@ fn backs_are_there_for_whom_they_are() {
         scene.materials[0].backs = backs;
         Rays::build(&scene)
     };
-    for (backs, eye, light) in [(Backs::Seen, 1.0, 1.0), (Backs::Unseen, 2.0, 1.0), (Backs::Absent, 2.0, 2.0)]
-    {
+    for (backs, eye) in [(Backs::Seen, 1.0), (Backs::Unseen, 2.0)] {
         for rays in [with(backs), with(backs).without_shortcuts()] {
             let first = |hits: &[Hit]| hits.iter().map(|hit| hit.t).collect::<Vec<_>>();
             let mut seen = Vec::new();
             rays.crossings_seen(&UP, &mut seen);
-            assert_eq!((first(&seen), first(&all(&rays, &UP))), (vec![eye], vec![light]), "{backs:?}");
+            assert_eq!((first(&seen), first(&all(&rays, &UP))), (vec![eye], vec![1.0]), "{backs:?}");
             assert_eq!(rays.closest_seen(&UP).map(|hit| hit.t), Some(eye));
-            assert_eq!(rays.closest(&UP).map(|hit| hit.t), Some(light));
-            assert_eq!(rays.occluded(&Ray { t_max: 1.5, ..UP }), light == 1.0);
-            assert_eq!(rays.transmittance(&Ray { t_max: 1.5, ..UP }).is_zero(), light == 1.0);
+            assert_eq!(rays.closest(&UP).map(|hit| hit.t), Some(1.0));
+            assert!(rays.occluded(&Ray { t_max: 1.5, ..UP }));
+            assert!(rays.transmittance(&Ray { t_max: 1.5, ..UP }).is_zero());
         }
     }
 }

@@ -112,13 +112,10 @@ impl Extras {
 
     /// `backs`: what one-sided surfaces are from behind.
     pub fn backs(&self) -> Result<Option<Backs>, Reason> {
-        self.read(BACKS, "\"seen\", \"unseen\" (to the eye) or \"absent\" (to light as well)", |value| {
-            match value.as_str()? {
-                "seen" => Some(Backs::Seen),
-                "unseen" => Some(Backs::Unseen),
-                "absent" => Some(Backs::Absent),
-                _ => None,
-            }
+        self.read(BACKS, "\"seen\" or \"unseen\"", |value| match value.as_str()? {
+            "seen" => Some(Backs::Seen),
+            "unseen" => Some(Backs::Unseen),
+            _ => None,
         })
     }
 
@@ -211,7 +208,7 @@ mod tests {
     #[test]
     fn our_keys_are_read() {
         let json = r#"{"illumination": [1, 0.5], "opaque": [0, 0, 0, 1], "straight": [0.5, 0, 0, 0.0],
-            "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "backs": "absent", "other": {"x": 1}}"#;
+            "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "backs": "unseen", "other": {"x": 1}}"#;
         let (extras, _) = extras(json, Place::Material);
         assert_eq!(extras.illumination(), Ok(Some(Illumination::Square { s: 1.0, t: 0.5 })));
         assert_eq!(extras.opaque(), Ok(Some(Matrix::new([[0.0, 0.0], [0.0, 1.0]]))));
@@ -219,7 +216,7 @@ mod tests {
         assert_eq!(extras.emission(), Ok(Some(EmissionScale { invisible: 1.0, visible: 0.0 })));
         assert_eq!(extras.thin(), Ok(Some(true)));
         assert_eq!(extras.warn(), Ok(Some([0.0, 0.0, 0.0, 1.0])));
-        assert_eq!(extras.backs(), Ok(Some(Backs::Absent)));
+        assert_eq!(extras.backs(), Ok(Some(Backs::Unseen)));
     }
 
     #[test]
