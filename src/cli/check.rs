@@ -1,10 +1,11 @@
+use super::check_page::page;
 use super::scene_args::SceneArgs;
 use crate::error::{Error, Result};
-use crate::stability::{Check, Effort, Outcome, cases, scene_check::check_scene};
+use crate::stability::{Case, Check, Effort, Outcome, cases, scene_check::check_scene};
 use clap::Args;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 #[derive(Args)]
 pub struct CheckArgs {
@@ -43,29 +44,35 @@ pub struct CheckArgs {
 
 /// Exit code 1 where a promise is not kept.
 pub fn run(args: CheckArgs) -> Result<ExitCode> {
+    let begin = Instant::now();
     let outcomes = match &args.scene {
         Some(scene) => {
             let (illumination, set) = (args.illumination.clone(), args.set.clone());
-            check_scene(&SceneArgs { scene: scene.clone(), illumination, set }.load()?)?
+            let scene = SceneArgs { scene: scene.clone(), illumination, set }.load()?;
+            check_scene(&scene, |outcome| tell(&args, || text(outcome)))?
         }
         None => suite(&args)?,
     };
+    let seconds = begin.elapsed().as_secs_f64();
     if args.json {
         println!("{}", json(&outcomes));
-    } else if args.scene.is_some() {
-        outcomes.iter().for_each(|outcome| print!("{}", text(outcome)));
     }
     if let Some(path) = &args.csv {
         write(path, csv(&outcomes))?;
     }
     if let Some(path) = &args.html {
-        write(path, html(&outcomes))?;
+        write(path, page(&table(&outcomes)))?;
     }
     let failed = rows(&outcomes).filter(|(_, check)| !check.passes()).count();
-    if !args.json {
-        println!("{} rows, {failed} failed", rows(&outcomes).count());
-    }
+    tell(&args, || format!("{} rows, {failed} failed, in {seconds:.1} s\n", rows(&outcomes).count()));
     Ok(ExitCode::from(u8::from(failed > 0)))
+}
+
+/// Whole lines, which standard output hands on at once; with --json it holds nothing else.
+fn tell(args: &CheckArgs, lines: impl FnOnce() -> String) {
+    if !args.json {
+        print!("{}", lines());
+    }
 }
 
 fn suite(args: &CheckArgs) -> Result<Vec<Outcome>> {
@@ -79,11 +86,10 @@ fn suite(args: &CheckArgs) -> Result<Vec<Outcome>> {
         )));
     }
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let run = |case: crate::stability::Case| {
-        let outcome = case.outcome(effort);
-        if !args.json {
-            print!("{}", text(&outcome));
-        }
+    let run = |case: Case| {
+        tell(args, || heading(case.name, case.promise));
+        let outcome = case.outcome(effort, |check| tell(args, || line(check)));
+        tell(args, || time(&outcome));
         outcome
     };
     Ok(chosen.into_iter().map(run).collect())
@@ -120,24 +126,29 @@ fn verdict(check: &Check) -> &'static str {
 }
 
 fn text(outcome: &Outcome) -> String {
-    let mut text = format!("{}: {} ({:.1} s)\n", outcome.name, outcome.promise, outcome.seconds);
-    for check in &outcome.checks {
-        let [expected, got] = expected_and_got(check);
-        let measures = match check {
-            Check::Number { .. } => format!("  z {}  off {}", z(check), relative(check)),
-            Check::Fact { .. } => String::new(),
-        };
-        let _ = writeln!(
-            text,
-            "  {}  {:<32} expected {expected}, got {got}{measures}",
-            verdict(check),
-            check.what()
-        );
-    }
-    text
+    let lines: String = outcome.checks.iter().map(line).collect();
+    heading(&outcome.name, &outcome.promise) + &lines + &time(outcome)
 }
 
-const COLUMNS: [&str; 9] =
+fn heading(name: &str, promise: &str) -> String {
+    format!("{name}: {promise}\n")
+}
+
+fn line(check: &Check) -> String {
+    let [expected, got] = expected_and_got(check);
+    let measures = match check {
+        Check::Number { .. } => format!("  z {}  off {}", z(check), relative(check)),
+        Check::Fact { .. } => String::new(),
+    };
+    format!("  {}  {:<32} expected {expected}, got {got}{measures}\n", verdict(check), check.what())
+}
+
+fn time(outcome: &Outcome) -> String {
+    format!("  {:.1} s\n", outcome.seconds)
+}
+
+/// Of the table, as CSV names them.
+pub const COLUMNS: [&str; 9] =
     ["case", "promise", "what", "expected", "got", "z", "relative_error", "seconds", "verdict"];
 
 fn fields(outcome: &Outcome, check: &Check) -> [String; 9] {
@@ -155,11 +166,15 @@ fn fields(outcome: &Outcome, check: &Check) -> [String; 9] {
     ]
 }
 
+fn table(outcomes: &[Outcome]) -> Vec<[String; 9]> {
+    rows(outcomes).map(|(outcome, check)| fields(outcome, check)).collect()
+}
+
 fn csv(outcomes: &[Outcome]) -> String {
     let quoted = |field: &String| format!("\"{}\"", field.replace('"', "\"\""));
     let mut text = COLUMNS.join(",") + "\n";
-    for (outcome, check) in rows(outcomes) {
-        text += &(fields(outcome, check).iter().map(quoted).collect::<Vec<_>>().join(",") + "\n");
+    for fields in table(outcomes) {
+        text += &(fields.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n");
     }
     text
 }
@@ -184,23 +199,6 @@ fn json(outcomes: &[Outcome]) -> serde_json::Value {
         row
     };
     rows(outcomes).map(row).collect()
-}
-
-fn html(outcomes: &[Outcome]) -> String {
-    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let mut text = String::from(
-        "<!doctype html><meta charset=\"utf-8\"><title>halflight: stability</title>\n<style>body{font:14px sans-serif;\
-         margin:2em}table{border-collapse:collapse}td,th{padding:.2em .7em;border-bottom:1px solid #ccc;text-align:left}\
-         .FAIL{background:#fbb}</style>\n<h1>Stability</h1>\n<table><tr>",
-    );
-    COLUMNS.iter().for_each(|column| text += &format!("<th>{}</th>", column.replace('_', " ")));
-    text += "</tr>\n";
-    for (outcome, check) in rows(outcomes) {
-        text += &format!("<tr class=\"{}\">", verdict(check));
-        fields(outcome, check).iter().for_each(|field| text += &format!("<td>{}</td>", escape(field)));
-        text += "</tr>\n";
-    }
-    text + "</table>\n"
 }
 
 fn write(path: &Path, text: String) -> Result<()> {

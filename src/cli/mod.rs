@@ -1,6 +1,7 @@
 //! The command line: one file per command. What the user asked for becomes settings here, once.
 
 mod check;
+mod check_page;
 mod compare;
 pub mod diff;
 #[cfg(test)]

@@ -13,6 +13,7 @@ pub use csv::csv;
 pub use data::{Comparison, SceneReport};
 pub use page::page;
 pub use square::{SquarePage, square_page};
+pub(crate) use svg::escape;
 pub use svg::svg;
 
 /// The whole comparison as JSON: every run, and every number that the page shows.

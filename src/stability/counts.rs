@@ -1,7 +1,7 @@
 //! One photon, none, a million in one place; films of one pixel and of one line; a million luminaires.
 
 use super::build::{Build, diffuse, film, finite, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Rows, Run};
 use crate::light::Invisible;
 use crate::photon_map::PhotonMap;
 use crate::plan::{Direct, Settings};
@@ -10,23 +10,31 @@ use crate::shoot::Photon;
 use glam::Vec3;
 
 pub(super) const CASES: &[Case] = &[
-    Case { name: "one-photon", promise: "one photon a pass is noisy and right on average", run: one_photon },
-    Case { name: "no-photons", promise: "no light, or none that is seen: black", run: no_photons },
+    Case {
+        name: "one-photon",
+        promise: "one photon a pass is noisy and right on average",
+        run: Run::AtOnce(one_photon),
+    },
+    Case {
+        name: "no-photons",
+        promise: "no light, or none that is seen: black",
+        run: Run::AtOnce(no_photons),
+    },
     Case {
         name: "photons-in-one-point",
         promise: "a million photons in one point lose no power in the sum",
-        run: one_point,
+        run: Run::AtOnce(one_point),
     },
     Case {
         name: "photons-on-one-plane",
         promise: "a million photons on one axis-aligned plane are found",
-        run: one_plane,
+        run: Run::AtOnce(one_plane),
     },
-    Case { name: "film-shapes", promise: "films of 1×1 and 8192×4 pixels", run: film_shapes },
+    Case { name: "film-shapes", promise: "films of 1×1 and 8192×4 pixels", run: Run::ByRow(film_shapes) },
     Case {
         name: "million-luminaires",
         promise: "a lamp of a million triangles is one lamp",
-        run: million_luminaires,
+        run: Run::ByRow(million_luminaires),
     },
 ];
 
@@ -98,30 +106,26 @@ fn one_plane(_: Effort) -> Vec<Check> {
         .collect()
 }
 
-fn film_shapes(_: Effort) -> Vec<Check> {
+fn film_shapes(_: Effort) -> Rows {
     // Width, height, full vertical view; radius in pixels: some tenths of the wall; paths, passes.
     let shapes = [
         (1, 1, 1.0, 0.45, 300, 16_000),
         (8192, 4, 5e-4, 1600.0, 16_000, 32),
         (4, 2048, 1.0, 800.0, 5000, 32),
     ];
-    shapes
-        .into_iter()
-        .map(|(width, height, yfov, indirect_radius, paths, passes)| {
-            let mut scene = furnace(0.5);
-            scene.camera.projection = Projection::Perspective { yfov };
-            let settings = Settings { indirect_radius, ..film(width, height, paths) };
-            mean_is(format!("{width}×{height}"), scene, settings, passes, 2.0, 1e-3)
-        })
-        .collect()
+    Box::new(shapes.into_iter().map(|(width, height, yfov, indirect_radius, paths, passes)| {
+        let mut scene = furnace(0.5);
+        scene.camera.projection = Projection::Perspective { yfov };
+        let settings = Settings { indirect_radius, ..film(width, height, paths) };
+        mean_is(format!("{width}×{height}"), scene, settings, passes, 2.0, 1e-3)
+    }))
 }
 
-fn million_luminaires(effort: Effort) -> Vec<Check> {
+fn million_luminaires(effort: Effort) -> Rows {
     let cells = if effort == Effort::Full { 708 } else { 200 };
-    let mut checks = Vec::new();
     // Connections need many pixels, photons many paths; the radius is 6 cm in both.
     let ways = [(Direct::Connection, film(16, 16, 1), 300.0), (Direct::Photons, film(4, 4, 1_000_000), 75.0)];
-    for (direct, settings, indirect_radius) in ways {
+    let row = move |(direct, settings, indirect_radius): (Direct, Settings, f32)| {
         let mut build =
             Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(0.0, 0.1, 0.3), Vec3::ZERO, 1e-2));
         let floor = build.material("Floor", diffuse(0.5));
@@ -134,7 +138,7 @@ fn million_luminaires(effort: Effort) -> Vec<Check> {
         let settings = Settings { direct, indirect_radius, ..settings };
         let scene = build.finish();
         let what = format!("{} luminaires, {direct:?}", scene.luminaires.len());
-        checks.push(mean_is(what, scene, settings, 32, expected, 0.002));
-    }
-    checks
+        mean_is(what, scene, settings, 32, expected, 0.002)
+    };
+    Box::new(ways.into_iter().map(row))
 }

@@ -1,7 +1,7 @@
 //! Triangles that coincide, that are slivers, that are hit exactly where they meet.
 
 use super::build::{Build, diffuse, film, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Run};
 use crate::rays::{Ray, Rays};
 use crate::scene::{Illumination, Scene};
 use glam::Vec3;
@@ -11,22 +11,22 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "coincident-opposite",
         promise: "a sheet of two opposite faces is lit on the side it is lit from, whichever comes first",
-        run: coincident,
+        run: Run::AtOnce(coincident),
     },
     Case {
         name: "slivers",
         promise: "triangles a million times as long as wide are as good as others",
-        run: slivers,
+        run: Run::AtOnce(slivers),
     },
     Case {
         name: "edges-and-corners",
         promise: "a line through an edge or a corner crosses one triangle",
-        run: edges,
+        run: Run::AtOnce(edges),
     },
     Case {
         name: "axis-parallel",
         promise: "lines along the axes, in the planes of walls too, enter and leave a box",
-        run: axes,
+        run: Run::AtOnce(axes),
     },
 ];
 

@@ -1,7 +1,7 @@
 //! Glass: indices from one to four, total reflection, glass in glass, eyes in glass.
 
 use super::build::{Build, diffuse, film, finite, glass, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Run};
 use crate::light::{Invisible, Light};
 use crate::plan::Plan;
 use crate::scene::{Illumination, Luminaire, SpotCone};
@@ -12,33 +12,37 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "ior",
         promise: "a slab of index 1, 1.0001, 1.5, 4 transmits what Fresnel says, looking and shooting",
-        run: slabs,
+        run: Run::AtOnce(slabs),
     },
     Case {
         name: "glass-in-glass",
         promise: "glass within glass refracts between the two; equal glass is not seen; the smaller displaces the larger",
-        run: nested,
+        run: Run::AtOnce(nested),
     },
     Case {
         name: "water-in-a-glass",
         promise: "water that touches its glass, reaches into it, or leaves a gap transmits what Fresnel says",
-        run: water,
+        run: Run::AtOnce(water),
     },
     Case {
         name: "coincident-glass",
         promise: "faces that coincide are one interface between the two solids",
-        run: coincident,
+        run: Run::AtOnce(coincident),
     },
-    Case { name: "total-reflection", promise: "nothing passes beyond the critical angle", run: total },
+    Case {
+        name: "total-reflection",
+        promise: "nothing passes beyond the critical angle",
+        run: Run::AtOnce(total),
+    },
     Case {
         name: "camera-inside",
         promise: "an eye in glass sees η² (1 − R) L, an eye in a wall sees its back",
-        run: inside,
+        run: Run::AtOnce(inside),
     },
     Case {
         name: "light-inside",
         promise: "a lamp in glass is seen as (1 − R) / η² of itself, and is lit with 1 − R",
-        run: lamp_inside,
+        run: Run::AtOnce(lamp_inside),
     },
 ];
 

@@ -1,25 +1,31 @@
 //! Luminaires that are tiny, huge, near, grazing.
 
 use super::build::{Build, diffuse, film, finite, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Run};
 use crate::light::Light;
 use crate::scene::{Illumination, Luminaire};
 use glam::Vec3;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 pub(super) const CASES: &[Case] = &[
-    Case { name: "luminaire-size", promise: "a luminaire of 1e-4 to 1e4 of the scene's size", run: size },
+    Case {
+        name: "luminaire-size",
+        promise: "a luminaire of 1e-4 to 1e4 of the scene's size",
+        run: Run::AtOnce(size),
+    },
     Case {
         name: "point-light-touching",
         promise: "a point light on a surface lights its neighbourhood, finitely",
-        run: touching,
+        run: Run::AtOnce(touching),
     },
-    Case { name: "grazing", promise: "parallel light at 89.999° from the normal", run: grazing },
-    Case { name: "powers", promise: "powers from 1e-12 to 1e12 alike", run: powers },
+    Case {
+        name: "grazing", promise: "parallel light at 89.999° from the normal", run: Run::AtOnce(grazing)
+    },
+    Case { name: "powers", promise: "powers from 1e-12 to 1e12 alike", run: Run::AtOnce(powers) },
     Case {
         name: "faint-beside-bright",
         promise: "a luminaire 1e-24 as strong as another is not lost",
-        run: faint,
+        run: Run::AtOnce(faint),
     },
 ];
 

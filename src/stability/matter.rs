@@ -1,7 +1,7 @@
 //! Matter that reflects nothing, nearly nothing, everything; matrices with entries 0, tiny and above one.
 
 use super::build::{Build, diffuse, film, finite, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Run};
 use crate::light::{Light, Matrix};
 use crate::plan::Settings;
 use crate::scene::{Illumination, Matter};
@@ -12,17 +12,17 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "tiny-reflections",
         promise: "a reflectance of 1e-12 adds 1e-12, and is not lost",
-        run: tiny,
+        run: Run::AtOnce(tiny),
     },
     Case {
         name: "black-and-white",
         promise: "black stays black; pure white in an open scene has its image, in a closed one none",
-        run: black_and_white,
+        run: Run::AtOnce(black_and_white),
     },
     Case {
         name: "matrix-entries",
         promise: "entries 0, 1e-12 and 1e3 multiply as matrices do",
-        run: entries,
+        run: Run::AtOnce(entries),
     },
 ];
 

@@ -50,7 +50,7 @@ pub enum Check {
 }
 
 /// A measurement passes within so many standard errors. Of 100 right rows 1 in 20 tables would have one beyond.
-const LARGEST_Z: f64 = 3.5;
+pub const LARGEST_Z: f64 = 3.5;
 
 impl Check {
     /// A number with its error and an allowance for rounding.
@@ -124,6 +124,18 @@ impl Check {
     }
 }
 
+/// Rows, each measured when it is asked for.
+pub type Rows = Box<dyn Iterator<Item = Check>>;
+
+/// How a case is run.
+#[derive(Clone, Copy)]
+pub enum Run {
+    /// All rows at once.
+    AtOnce(fn(Effort) -> Vec<Check>),
+    /// Row by row: each takes long enough to be told on its own.
+    ByRow(fn(Effort) -> Rows),
+}
+
 /// A case of the suite.
 #[derive(Clone, Copy)]
 pub struct Case {
@@ -132,7 +144,7 @@ pub struct Case {
     /// What is promised.
     pub promise: &'static str,
     /// Runs it.
-    pub run: fn(Effort) -> Vec<Check>,
+    pub run: Run,
 }
 
 /// What a case gave.
@@ -148,10 +160,14 @@ pub struct Outcome {
 }
 
 impl Case {
-    /// Runs and times it.
-    pub fn outcome(&self, effort: Effort) -> Outcome {
+    /// Runs and times it; `found` hears of each row as soon as it is measured.
+    pub fn outcome(&self, effort: Effort, found: impl FnMut(&Check)) -> Outcome {
         let begin = Instant::now();
-        let checks = (self.run)(effort);
+        let rows: Rows = match self.run {
+            Run::AtOnce(run) => Box::new(run(effort).into_iter()),
+            Run::ByRow(run) => run(effort),
+        };
+        let checks = rows.inspect(found).collect();
         let seconds = begin.elapsed().as_secs_f64();
         Outcome { name: self.name.into(), promise: self.promise.into(), checks, seconds }
     }
@@ -176,5 +192,19 @@ mod tests {
         assert!(!check(2.0, 0.5).can_fail(), "too noisy to tell 2 %");
         assert!(!check(0.0, 0.0).passes() && check(2.0, 0.0).passes() && check(2.0, 0.0).can_fail());
         assert!(!Check::fact("y", "a", "b").passes());
+    }
+
+    #[test]
+    fn a_row_is_told_before_the_next_is_measured() {
+        use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+        static MEASURED: AtomicU32 = AtomicU32::new(0);
+        fn three(_: Effort) -> Rows {
+            let row = |i: u32| Check::fact("row", "", (MEASURED.fetch_add(1, Relaxed) + i).to_string());
+            Box::new((0..3).map(row))
+        }
+        let case = Case { name: "three", promise: "rows in turn", run: Run::ByRow(three) };
+        let mut told = Vec::new();
+        let outcome = case.outcome(Effort::Quick, |_| told.push(MEASURED.load(Relaxed)));
+        assert_eq!((told, outcome.checks.len()), (vec![1, 2, 3], 3));
     }
 }

@@ -1,7 +1,7 @@
 //! Scenes that are tiny, huge, far away.
 
 use super::build::{Build, diffuse, film, look, rendered};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Run};
 use crate::film::{Film, Layer};
 use crate::measure::{Estimate, agreement};
 use crate::scene::{Illumination, Scene};
@@ -10,8 +10,16 @@ use glam::Vec3;
 use serde_json::json;
 
 pub(super) const CASES: &[Case] = &[
-    Case { name: "scaled", promise: "a scene scaled by 1e-6 … 1e6 is the same picture", run: scaled },
-    Case { name: "far-away", promise: "a scene moved 1e5 and 1e9 m away is the same picture", run: far_away },
+    Case {
+        name: "scaled",
+        promise: "a scene scaled by 1e-6 … 1e6 is the same picture",
+        run: Run::AtOnce(scaled),
+    },
+    Case {
+        name: "far-away",
+        promise: "a scene moved 1e5 and 1e9 m away is the same picture",
+        run: Run::AtOnce(far_away),
+    },
 ];
 
 /// A room with a lamp and a block, every length times `scale`.

@@ -17,19 +17,24 @@ const SIDE: u32 = 48;
 const PASSES: u32 = 32;
 
 /// Checks one scene: its image exists, pixels are finite, as much power arrives as is
-/// gathered, both methods agree, threads do not matter.
+/// gathered, both methods agree, threads do not matter. `found` hears of each outcome when it is there.
 ///
 /// # Errors
 /// What [`Render::new`] refuses but for a missing image, which is a row of the table.
-pub fn check_scene(scene: &Scene) -> Result<Vec<Outcome>> {
+pub fn check_scene(scene: &Scene, mut found: impl FnMut(&Outcome)) -> Result<Vec<Outcome>> {
     let settings = Settings { width: SIDE, height: SIDE, paths: Some(30_000), ..Settings::default() };
     let begin = Instant::now();
     let mut outcomes = Vec::new();
+    let mut add = |outcome: Outcome| {
+        found(&outcome);
+        outcomes.push(outcome);
+    };
     let mut render = match Render::new(scene.clone(), settings.clone(), &[Layer::Visible]) {
         Ok(render) => render,
         Err(crate::error::Error::NoImage(why)) => {
             let checks = vec![Check::fact("multiplication factor", "an image exists", why)];
-            return Ok(vec![outcome("existence", "k is below one", checks, begin)]);
+            add(outcome("existence", "k is below one", checks, begin));
+            return Ok(outcomes);
         }
         Err(other) => return Err(other),
     };
@@ -41,7 +46,7 @@ pub fn check_scene(scene: &Scene) -> Result<Vec<Outcome>> {
     let words = format!("k {}", existence.describe());
     let certain = matches!(existence, Existence::Certain { .. });
     let expected = if certain || k < 1.0 { words.clone() } else { "k below one".into() };
-    outcomes.push(outcome(
+    add(outcome(
         "existence",
         "k is below one",
         vec![Check::fact("multiplication factor", expected, words)],
@@ -50,10 +55,10 @@ pub fn check_scene(scene: &Scene) -> Result<Vec<Outcome>> {
 
     let begin = Instant::now();
     (0..PASSES).for_each(|_| render.pass());
-    outcomes.push(outcome("pixels", "every pixel is finite and not negative", vec![pixels(&render)], begin));
+    add(outcome("pixels", "every pixel is finite and not negative", vec![pixels(&render)], begin));
 
     let begin = Instant::now();
-    outcomes.push(outcome(
+    add(outcome(
         "energy",
         "power arrives on surfaces by shooting as by gathering, and all of it is absorbed or escapes",
         energy(scene, &settings, &render),
@@ -61,15 +66,10 @@ pub fn check_scene(scene: &Scene) -> Result<Vec<Outcome>> {
     ));
 
     let begin = Instant::now();
-    outcomes.push(outcome(
-        "methods",
-        "photons and paths agree",
-        vec![methods(scene, &settings, &render)?],
-        begin,
-    ));
+    add(outcome("methods", "photons and paths agree", vec![methods(scene, &settings, &render)?], begin));
 
     let begin = Instant::now();
-    outcomes.push(outcome(
+    add(outcome(
         "threads",
         "the same bits for any number of threads",
         vec![threads(scene, &settings)?],

@@ -1,7 +1,7 @@
 //! Series that converge slowly, and series that do not.
 
 use super::build::{Build, film, look, mean_is};
-use super::{Case, Check, Effort};
+use super::{Case, Check, Effort, Rows, Run};
 use crate::measure::Existence;
 use crate::optics::{Diffuse, Lobe};
 use crate::plan::{Method, Plan};
@@ -12,23 +12,27 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "furnace",
         promise: "a closed room of albedo ρ glows at E / (1 − ρ), after a million reflections too",
-        run: furnace,
+        run: Run::ByRow(furnace),
     },
     Case {
         name: "furnace-paths",
         promise: "walks from the camera find E / (1 − ρ) too, though chance ends the longest",
-        run: furnace_paths,
+        run: Run::ByRow(furnace_paths),
     },
-    Case { name: "k-closed-form", promise: "k within 1 % of its closed form", run: k_closed_form },
+    Case {
+        name: "k-closed-form",
+        promise: "k within 1 % of its closed form",
+        run: Run::ByRow(k_closed_form),
+    },
     Case {
         name: "k-near-one",
         promise: "k = 0.999 is rendered with a warning, k = 1.001 is refused",
-        run: k_near_one,
+        run: Run::ByRow(k_near_one),
     },
     Case {
         name: "k-box",
         promise: "a shadowless box of two-sided walls of albedo 0.9 is refused",
-        run: k_box,
+        run: Run::AtOnce(k_box),
     },
 ];
 
@@ -40,7 +44,7 @@ fn furnace_scene(albedo: f32) -> Scene {
     build.finish()
 }
 
-fn furnace(effort: Effort) -> Vec<Check> {
+fn furnace(effort: Effort) -> Rows {
     let albedos: &[(f32, u32, u32)] = &[
         // albedo, paths a pass, passes: about as many reflections each
         (0.9, 20_000, 16),
@@ -51,27 +55,22 @@ fn furnace(effort: Effort) -> Vec<Check> {
         (0.999_999, 1, 4),
     ];
     let kept = if effort == Effort::Full { albedos } else { &albedos[..5] };
-    kept.iter()
-        .map(|&(albedo, paths, passes)| {
-            // A radius that reaches nearly to the rims of the wall: few paths must do.
-            let settings = crate::plan::Settings { indirect_radius: 8.0, ..film(8, 8, paths) };
-            let expected = 1.0 / (1.0 - f64::from(albedo));
-            mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
-        })
-        .collect()
+    Box::new(kept.iter().map(|&(albedo, paths, passes)| {
+        // A radius that reaches nearly to the rims of the wall: few paths must do.
+        let settings = crate::plan::Settings { indirect_radius: 8.0, ..film(8, 8, paths) };
+        let expected = 1.0 / (1.0 - f64::from(albedo));
+        mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
+    }))
 }
 
 /// Stiffer ones are left to photons: the chance that a walk gets as far as n reflections falls as n⁻², whatever ρ is.
-fn furnace_paths(_: Effort) -> Vec<Check> {
+fn furnace_paths(_: Effort) -> Rows {
     // Albedo, samples a pass, passes.
-    [(0.9_f32, 64, 16), (0.99, 512, 48)]
-        .iter()
-        .map(|&(albedo, samples, passes)| {
-            let settings = crate::plan::Settings { method: Method::Path, samples, ..film(2, 2, 1) };
-            let expected = 1.0 / (1.0 - f64::from(albedo));
-            mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
-        })
-        .collect()
+    Box::new([(0.9_f32, 64, 16), (0.99, 512, 48)].into_iter().map(|(albedo, samples, passes)| {
+        let settings = crate::plan::Settings { method: Method::Path, samples, ..film(2, 2, 1) };
+        let expected = 1.0 / (1.0 - f64::from(albedo));
+        mean_is(format!("albedo {albedo}"), furnace_scene(albedo), settings, passes, expected, 1e-3)
+    }))
 }
 
 const RATIO: f64 = 0.5;
@@ -99,26 +98,20 @@ fn k_over_albedo(two_sided: bool) -> f64 {
 /// Inscribed polyhedra of 256 sides are smaller than spheres by (π / 256)² / 2 = 8e-5.
 const TESSELLATION: f64 = 2e-4;
 
-fn k_closed_form(effort: Effort) -> Vec<Check> {
+fn k_closed_form(effort: Effort) -> Rows {
     let wanted: &[f64] =
         if effort == Effort::Full { &[0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999] } else { &[0.5, 0.95] };
-    let mut checks = Vec::new();
-    for two_sided in [false, true] {
-        for &k in wanted {
-            let what = format!("k, {} sided", if two_sided { "two" } else { "one" });
-            checks.push(match concentric(k / k_over_albedo(two_sided), two_sided) {
-                Ok(scene) => {
-                    let plan = Plan::new(scene, film(8, 8, 1));
-                    match plan.existence {
-                        Existence::Measured(m) => Check::number(what, k, (m.k, m.error), TESSELLATION),
-                        Existence::Certain { reason, .. } => Check::fact(what, "measured", reason),
-                    }
-                }
-                Err(why) => Check::fact(what, "a scene", why),
-            });
+    let row = |two_sided: bool, k: f64| {
+        let what = format!("k, {} sided", if two_sided { "two" } else { "one" });
+        match concentric(k / k_over_albedo(two_sided), two_sided) {
+            Ok(scene) => match Plan::new(scene, film(8, 8, 1)).existence {
+                Existence::Measured(m) => Check::number(what, k, (m.k, m.error), TESSELLATION),
+                Existence::Certain { reason, .. } => Check::fact(what, "measured", reason),
+            },
+            Err(why) => Check::fact(what, "a scene", why),
         }
-    }
-    checks
+    };
+    Box::new([false, true].into_iter().flat_map(move |sides| wanted.iter().map(move |&k| row(sides, k))))
 }
 
 /// What a render of it would say.
@@ -130,16 +123,17 @@ fn verdict(scene: Scene) -> String {
     }
 }
 
-fn k_near_one(effort: Effort) -> Vec<Check> {
-    let mut checks = Vec::new();
-    let both = [(false, "one-sided"), (true, "two-sided")];
-    for &(two_sided, sides) in if effort == Effort::Full { &both[..] } else { &both[..1] } {
-        for (k, expected) in [(0.999, "rendered with a warning"), (1.001, "no image exists")] {
-            let got = concentric(k / k_over_albedo(two_sided), two_sided).map_or_else(|why| why, verdict);
-            checks.push(Check::fact(format!("k = {k}, {sides}"), expected, got));
-        }
-    }
-    checks
+fn k_near_one(effort: Effort) -> Rows {
+    let both: &[_] = &[(false, "one-sided"), (true, "two-sided")];
+    let wanted = if effort == Effort::Full { both } else { &both[..1] };
+    let row = |(two_sided, sides): (bool, &str), (k, expected): (f64, &str)| {
+        let got = concentric(k / k_over_albedo(two_sided), two_sided).map_or_else(|why| why, verdict);
+        Check::fact(format!("k = {k}, {sides}"), expected, got)
+    };
+    let stiff = [(0.999, "rendered with a warning"), (1.001, "no image exists")];
+    Box::new(
+        wanted.iter().flat_map(move |&sides| stiff.map(|k| (sides, k))).map(move |(sides, k)| row(sides, k)),
+    )
 }
 
 fn k_box(_: Effort) -> Vec<Check> {

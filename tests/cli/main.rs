@@ -2,6 +2,7 @@
 
 mod atlas;
 mod browser;
+mod check;
 mod compare;
 mod page;
 mod render;
