@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 /// "Displayed" values are linear radiance clamped to [0, 1], with neither tone mapping nor transfer function, as in
 /// the paper.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Metrics {
     /// Pixels compared.
     pub compared: usize,

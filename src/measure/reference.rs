@@ -55,6 +55,7 @@ pub struct Reference {
 
 /// The reference's own error as relMSE, in the pixels that count.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct OwnError {
     /// Mean over pixels and channels of its squared standard error / (r² + 0.01²), with no r above the median of its
     /// neighbours.

@@ -7,6 +7,8 @@ use serde::Serialize;
 
 /// Methods × budgets × seeds on some scenes.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
+#[cfg_attr(test, serde(bound(deserialize = "'de: 'static")))]
 pub struct Comparison {
     /// Name and version.
     pub program: String,
@@ -32,6 +34,8 @@ pub struct Comparison {
 
 /// One scene in one light.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
+#[cfg_attr(test, serde(bound(deserialize = "'de: 'static")))]
 pub struct SceneReport {
     /// File name or `builtin:…`.
     pub scene: String,
@@ -70,6 +74,7 @@ pub struct Shown {
 
 /// The reference and its own error.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct ReferenceFacts {
     /// Its file.
     pub file: String,
@@ -95,6 +100,7 @@ pub struct ReferenceFacts {
 
 /// Pixels that see a luminaire.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct MaskFacts {
     /// Which, in words.
     pub rule: String,
@@ -104,6 +110,7 @@ pub struct MaskFacts {
 
 /// One run when it passed one budget.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Row {
     /// Who transported light.
     pub method: &'static str,
@@ -134,6 +141,7 @@ pub struct Row {
 
 /// A figure with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Interval {
     /// The figure.
     pub value: f64,
@@ -145,6 +153,7 @@ pub struct Interval {
 
 /// relMSE of one method over time.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Curve {
     /// Who transported light.
     pub method: &'static str,
@@ -158,6 +167,7 @@ pub struct Curve {
 
 /// Median and 80 % band over seeds.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Point {
     /// Seconds asked for.
     pub budget: f64,
@@ -181,6 +191,7 @@ pub struct Point {
 
 /// Method `a` against method `b`; above 1, `a` is ahead.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Pair {
     /// The first.
     pub a: &'static str,

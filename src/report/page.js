@@ -14,8 +14,14 @@ const interval = (i, show) => i ? `${show(i.value)} <small>[${show(i.low)}, ${sh
 const percent = (x, n = 1) => x === null ? "–" : minus(`${(100 * x).toFixed(n)} %`);
 const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 const named = (method) => `<span class="name ${method}">${method}</span>`;
-const row = (cells, tag) => `<tr>${cells.map((cell) => `<${tag}>${cell}</${tag}>`).join("")}</tr>`;
-const table = (element, head, rows) => { element.innerHTML = `<thead>${row(head, "th")}</thead><tbody>${rows.map((r) => row(r, "td")).join("")}</tbody>`; };
+// Roles are said, because on a narrow page the style makes blocks of rows and that takes what they mean from them.
+const table = (element, head, rows) => {
+  const heads = head.map((cell) => `<th role="columnheader">${cell}</th>`).join("");
+  const label = (i) => head[i].replace(/<.*?>/g, "");
+  const row = (cells) => `<tr role="row">${cells.map((cell, i) => `<td role="cell" data-label="${label(i)}"><span>${cell}</span></td>`).join("")}</tr>`;
+  element.setAttribute("role", "table");
+  element.innerHTML = `<thead role="rowgroup"><tr role="row">${heads}</tr></thead><tbody role="rowgroup">${rows.map(row).join("")}</tbody>`;
+};
 
 function describe() {
   const { seeds, budgets, threads } = data;
@@ -223,7 +229,7 @@ function start() {
     tables(section, data.scenes[Number(section.dataset.scene)]);
     pictures += viewer(section);
   }
-  root.dataset.curves = document.querySelectorAll("polyline.curve").length;
+  root.dataset.curves = document.querySelectorAll(".broad polyline.curve").length;
   root.dataset.pictures = pictures;
   root.dataset.ready = "1";
 }

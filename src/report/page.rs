@@ -24,10 +24,14 @@ pub fn page(comparison: &Comparison) -> io::Result<String> {
         }
         halvings += 1;
     };
+    Ok(filled(comparison, &pictures, &serde_json::to_string(comparison)?.replace('<', "\\u003c")))
+}
+
+fn filled(comparison: &Comparison, pictures: &[Vec<Small>], data: &str) -> String {
     let sections: Vec<String> = comparison
         .scenes
         .iter()
-        .zip(&pictures)
+        .zip(pictures)
         .enumerate()
         .map(|(i, (scene, pictures))| section(comparison, i, scene, pictures))
         .collect();
@@ -38,13 +42,12 @@ pub fn page(comparison: &Comparison) -> io::Result<String> {
         .map(|(i, scene)| format!("<a href=\"#scene-{i}\">{}</a>", escape(&title(scene))))
         .collect();
     let links = if links.len() > 1 { links.join("\n") } else { String::new() };
-    let data = serde_json::to_string(comparison)?.replace('<', "\\u003c");
-    Ok(include_str!("page.html")
+    include_str!("page.html")
         .replace("{{style}}", &format!("{STYLE}{}", include_str!("page.css")))
         .replace("{{links}}", &links)
         .replace("{{sections}}", &sections.concat())
         .replace("{{script}}", include_str!("page.js"))
-        .replace("{{data}}", &data))
+        .replace("{{data}}", data)
 }
 
 /// A picture, encoded.
@@ -87,4 +90,80 @@ fn picture(shown: &Shown, small: &Small) -> String {
         small.height,
         base64(&small.png)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::svg::svg;
+    use super::*;
+    use base64::Engine;
+    use std::path::Path;
+
+    fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
+        let rest = text.split_once(begin).expect("its begin").1;
+        rest.split_once(end).expect("its end").0
+    }
+
+    /// Pictures of a section: what stands beside them, and they themselves.
+    fn pictures_of(section: &str) -> (Vec<Shown>, Vec<Small>) {
+        let one = |figure: &str| {
+            let number = |name| between(figure, &format!("{name}=\""), "\"").parse().expect("a number");
+            let png = between(figure, "data:image/png;base64,", "\"");
+            let png = base64::engine::general_purpose::STANDARD.decode(png).expect("base64");
+            let caption = between(figure, "<span>", "</span>").to_owned();
+            let name = between(figure, "\"", "\"").to_owned();
+            (
+                Shown { name, caption, picture: Vec::new() },
+                Small { width: number("width"), height: number("height"), png },
+            )
+        };
+        section.split("<figure data-name=").skip(1).map(one).unzip()
+    }
+
+    /// What a page holds, but for its style and script, which are those of now.
+    fn renewed(page: &str) -> (Comparison, String) {
+        let data = between(page, "<script type=\"application/json\" id=\"data\">", "</script>");
+        let mut comparison: Comparison = serde_json::from_str(data.to_owned().leak()).expect("a comparison");
+        let mut pictures = Vec::new();
+        for (scene, section) in
+            comparison.scenes.iter_mut().zip(page.split("<section class=\"scene\"").skip(1))
+        {
+            let (shown, small) = pictures_of(section);
+            scene.pictures = shown;
+            pictures.push(small);
+        }
+        let page = filled(&comparison, &pictures, data);
+        (comparison, page)
+    }
+
+    fn same_or_rewritten(path: &Path, text: &str) {
+        if std::env::var_os("HALFLIGHT_REWRITE").is_some() {
+            std::fs::write(path, text).expect("it is written");
+        }
+        assert!(
+            std::fs::read_to_string(path).is_ok_and(|kept| kept == text),
+            "{} is not of now",
+            path.display()
+        );
+    }
+
+    /// `HALFLIGHT_REWRITE=1` makes them anew from their own data; what was measured stays as it is.
+    #[test]
+    fn the_pages_of_the_documentation_look_as_pages_made_now() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/error-vs-time");
+        if !folder.exists() {
+            eprintln!("SKIPPED: this copy of halflight is without docs/error-vs-time");
+            return;
+        }
+        let mut pages = 0;
+        for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+            let path = entry.path().join("compare.html");
+            let Ok(page) = std::fs::read_to_string(&path) else { continue };
+            let (comparison, page) = renewed(&page);
+            same_or_rewritten(&path, &page);
+            same_or_rewritten(&path.with_extension("svg"), &svg(&comparison));
+            pages += 1;
+        }
+        assert!(pages >= 5, "{pages} pages");
+    }
 }

@@ -3,12 +3,37 @@
 use super::data::{Comparison, Curve, Interval, SceneReport};
 use std::fmt::Write;
 
-const WIDTH: f64 = 760.0;
-const HEIGHT: f64 = 460.0;
-/// Of which the title takes so much.
-const ABOVE: f64 = 30.0;
-/// The plot's own rectangle: left, top, right, bottom.
-const FRAME: [f64; 4] = [74.0, 66.0, 566.0, 404.0];
+/// Where things stand, in pixels of a figure that is shown at its own size.
+struct Layout {
+    class: &'static str,
+    width: f64,
+    height: f64,
+    /// Height of the title, which a page leaves out.
+    above: f64,
+    /// The plot's own rectangle: left, top, right, bottom.
+    frame: [f64; 4],
+    /// Height of a method's two lines in the legend.
+    step: f64,
+}
+
+/// Names stand beside the ends of their curves.
+const BROAD: Layout = Layout {
+    class: "broad",
+    width: 760.0,
+    height: 460.0,
+    above: 30.0,
+    frame: [74.0, 66.0, 566.0, 404.0],
+    step: 38.0,
+};
+/// For a phone, where the broad one would have to shrink beyond reading: names stand below.
+const NARROW: Layout = Layout {
+    class: "narrow",
+    width: 340.0,
+    height: 330.0,
+    above: 30.0,
+    frame: [48.0, 72.0, 334.0, 312.0],
+    step: 44.0,
+};
 
 /// Style of the curves; the page has it too.
 pub const STYLE: &str = include_str!("curves.css");
@@ -17,28 +42,36 @@ pub const STYLE: &str = include_str!("curves.css");
 pub fn svg(comparison: &Comparison) -> String {
     let columns = if comparison.scenes.len() > 2 { 2 } else { 1 };
     let rows = comparison.scenes.len().div_ceil(columns).max(1);
-    let (width, height) = (WIDTH * columns as f64, HEIGHT * rows as f64);
+    let (width, height) = (BROAD.width * columns as f64, BROAD.height * rows as f64);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time\">\n<style>{STYLE}</style>\n\
          <rect class=\"ground\" width=\"100%\" height=\"100%\"/>\n"
     );
     for (i, scene) in comparison.scenes.iter().enumerate() {
-        let (x, y) = (WIDTH * (i % columns) as f64, HEIGHT * (i / columns) as f64);
-        text += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", panel(comparison, scene));
+        let (x, y) = (BROAD.width * (i % columns) as f64, BROAD.height * (i / columns) as f64);
+        text += &format!("<g transform=\"translate({x} {y})\">\n{}</g>\n", panel(&BROAD, comparison, scene));
     }
     text + "</svg>\n"
 }
 
-/// One scene on its own, without style and without the title, which stands above it on a page.
+/// One scene on its own, without style and without the title, which stands above it on a page: broad and narrow, of which
+/// the style of the page shows one.
 pub fn figure(comparison: &Comparison, scene: &SceneReport) -> String {
-    format!(
-        "<svg viewBox=\"0 {ABOVE} {WIDTH} {}\" class=\"curves\" role=\"img\" aria-label=\"relMSE over run time for {}\">\n\
-         {}</svg>\n",
-        HEIGHT - ABOVE,
-        escape(&scene.scene),
-        panel(comparison, scene)
-    )
+    let one = |layout: &Layout| {
+        let below =
+            if layout.class == "narrow" { 52.0 + layout.step * scene.curves.len() as f64 } else { 0.0 };
+        format!(
+            "<svg viewBox=\"0 {} {} {}\" class=\"curves {}\" role=\"img\" aria-label=\"relMSE over run time for {}\">\n{}</svg>\n",
+            layout.above,
+            layout.width,
+            layout.height - layout.above + below,
+            layout.class,
+            escape(&scene.scene),
+            panel(layout, comparison, scene)
+        )
+    };
+    one(&BROAD) + &one(&NARROW)
 }
 
 /// A logarithmic axis.
@@ -86,8 +119,8 @@ impl Axis {
     }
 }
 
-fn panel(comparison: &Comparison, scene: &SceneReport) -> String {
-    let [left, top, right, bottom] = FRAME;
+fn panel(layout: &Layout, comparison: &Comparison, scene: &SceneReport) -> String {
+    let [left, top, right, bottom] = layout.frame;
     let points = || scene.curves.iter().flat_map(|curve| &curve.points);
     let own = scene.reference.own_error.total;
     let x = Axis::over(points().map(|point| point.seconds), left, right, 1.12);
@@ -98,16 +131,9 @@ fn panel(comparison: &Comparison, scene: &SceneReport) -> String {
         1.25,
     );
     let mut text = String::new();
-    let (seeds, threads) = (comparison.seeds.len(), comparison.threads);
     let _ = writeln!(text, "<text class=\"title\" x=\"{left}\" y=\"26\">{}</text>", escape(&title(scene)));
-    let _ = writeln!(
-        text,
-        "<text class=\"note\" x=\"{left}\" y=\"46\">relMSE, median and 80 % band of {seeds} seeds; {}×{}, {threads} thread{}</text>",
-        comparison.width,
-        comparison.height,
-        if threads == 1 { "" } else { "s" }
-    );
-    grid(&mut text, &x, &y);
+    notes(&mut text, layout, comparison);
+    grid(&mut text, layout, &x, &y);
     if own > 0.0 && own.is_finite() {
         let place = y.place(own);
         let _ = writeln!(
@@ -119,10 +145,24 @@ fn panel(comparison: &Comparison, scene: &SceneReport) -> String {
         );
     }
     for curve in &scene.curves {
-        draw(&mut text, curve, &x, &y);
+        draw(&mut text, layout, curve, &x, &y);
     }
-    legend(&mut text, &scene.curves, &y);
+    legend(&mut text, layout, &scene.curves, &y);
     text
+}
+
+/// What is drawn, above the plot: in one line, or in two where that is too long.
+fn notes(text: &mut String, layout: &Layout, comparison: &Comparison) {
+    let (seeds, threads) = (comparison.seeds.len(), comparison.threads);
+    let what = format!("relMSE, median and 80 % band of {seeds} seeds");
+    let s = if threads == 1 { "" } else { "s" };
+    let how = format!("{}×{}, {threads} thread{s}", comparison.width, comparison.height);
+    let lines = if layout.class == "narrow" { vec![what, how] } else { vec![format!("{what}; {how}")] };
+    let left = if layout.class == "narrow" { 2.0 } else { layout.frame[0] };
+    for (i, line) in lines.iter().enumerate() {
+        let y = 46.0 + 17.0 * i as f64;
+        let _ = writeln!(text, "<text class=\"note\" x=\"{left}\" y=\"{y}\">{line}</text>");
+    }
 }
 
 /// Scene and light in one line.
@@ -135,8 +175,8 @@ pub fn title(scene: &SceneReport) -> String {
     format!("{}, {}", short(name, 40), short(&scene.illumination, 48))
 }
 
-fn grid(text: &mut String, x: &Axis, y: &Axis) {
-    let [left, top, right, bottom] = FRAME;
+fn grid(text: &mut String, layout: &Layout, x: &Axis, y: &Axis) {
+    let [left, top, right, bottom] = layout.frame;
     for (value, labelled) in x.ticks() {
         let (place, class) = (x.place(value), if labelled { "grid" } else { "grid fine" });
         let _ = writeln!(
@@ -179,9 +219,10 @@ fn grid(text: &mut String, x: &Axis, y: &Axis) {
     );
 }
 
-fn draw(text: &mut String, curve: &Curve, x: &Axis, y: &Axis) {
+fn draw(text: &mut String, layout: &Layout, curve: &Curve, x: &Axis, y: &Axis) {
+    let [_, top, _, bottom] = layout.frame;
     let at = |seconds: f64, error: f64| {
-        format!("{:.1},{:.1}", x.place(seconds), y.place(error.max(y.low)).clamp(FRAME[1], FRAME[3]))
+        format!("{:.1},{:.1}", x.place(seconds), y.place(error.max(y.low)).clamp(top, bottom))
     };
     let drawn: Vec<_> =
         curve.points.iter().filter(|point| point.relmse > 0.0 && point.relmse.is_finite()).collect();
@@ -219,24 +260,15 @@ fn marker(method: &str, x: f64, y: f64) -> String {
     }
 }
 
-/// Names beside the ends of the curves, moved apart where they would overlap.
-fn legend(text: &mut String, curves: &[Curve], y: &Axis) {
-    const STEP: f64 = 38.0;
-    let [_, top, right, bottom] = FRAME;
-    let end = |curve: &Curve| {
-        let error = curve.points.last().map_or(f64::NAN, |point| point.relmse);
-        if error > 0.0 && error.is_finite() { y.place(error) } else { top }
+/// Names and slopes: below the plot, or beside the ends of the curves.
+fn legend(text: &mut String, layout: &Layout, curves: &[Curve], y: &Axis) {
+    let [_, _, right, bottom] = layout.frame;
+    let below = |i: usize| bottom + 66.0 + layout.step * i as f64;
+    let (x, places) = if layout.class == "narrow" {
+        (8.0, curves.iter().enumerate().map(|(i, curve)| (below(i), curve)).collect())
+    } else {
+        (right + 16.0, beside(layout, curves, y))
     };
-    let mut places: Vec<(f64, &Curve)> = curves.iter().map(|curve| (end(curve), curve)).collect();
-    places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for i in 1..places.len() {
-        places[i].0 = places[i].0.max(places[i - 1].0 + STEP);
-    }
-    let mut limit = bottom - 16.0;
-    for (place, _) in places.iter_mut().rev() {
-        *place = place.min(limit);
-        limit = *place - STEP;
-    }
     for (place, curve) in places {
         let slope =
             curve.slope.map_or("slope not known".to_owned(), |slope| format!("slope {}", interval(&slope)));
@@ -245,14 +277,34 @@ fn legend(text: &mut String, curves: &[Curve], y: &Axis) {
             "<g class=\"method {}\">{}<text class=\"name\" x=\"{}\" y=\"{:.1}\">{}</text>\
              <text class=\"note\" x=\"{}\" y=\"{:.1}\">{slope}</text></g>",
             curve.method,
-            marker(curve.method, right + 16.0, place),
-            right + 28.0,
+            marker(curve.method, x, place),
+            x + 12.0,
             place + 4.0,
             curve.method,
-            right + 28.0,
+            x + 12.0,
             place + 20.0
         );
     }
+}
+
+/// The heights at which curves end, moved apart where their names would overlap.
+fn beside<'a>(layout: &Layout, curves: &'a [Curve], y: &Axis) -> Vec<(f64, &'a Curve)> {
+    let [_, top, _, bottom] = layout.frame;
+    let end = |curve: &Curve| {
+        let error = curve.points.last().map_or(f64::NAN, |point| point.relmse);
+        if error > 0.0 && error.is_finite() { y.place(error) } else { top }
+    };
+    let mut places: Vec<(f64, &Curve)> = curves.iter().map(|curve| (end(curve), curve)).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for i in 1..places.len() {
+        places[i].0 = places[i].0.max(places[i - 1].0 + layout.step);
+    }
+    let mut limit = bottom - 16.0;
+    for (place, _) in places.iter_mut().rev() {
+        *place = place.min(limit);
+        limit = *place - layout.step;
+    }
+    places
 }
 
 fn interval(slope: &Interval) -> String {

@@ -5,6 +5,7 @@ mod browser;
 mod check;
 mod compare;
 mod page;
+mod pages;
 mod render;
 mod support;
 mod wrong;

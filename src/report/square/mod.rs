@@ -104,13 +104,17 @@ fn at_this_size(atlas: &Atlas, header: &Header, halvings: u32) -> io::Result<Squ
     if let Some(errors) = &atlas.errors {
         pictures.push_str(&picture("errors", &errors_png(size, &errors.planes)?));
     }
-    let html = include_str!("square.html")
-        .replace("{{style}}", include_str!("square.css"))
-        .replace("{{scene}}", &escape(&scene))
-        .replace("{{pictures}}", &pictures)
-        .replace("{{script}}", include_str!("square.js"))
-        .replace("{{data}}", &serde_json::to_string(&data)?.replace('<', "\\u003c"));
+    let html = filled(&escape(&scene), &pictures, &serde_json::to_string(&data)?.replace('<', "\\u003c"));
     Ok(SquarePage { html, components: reduced.components.len(), halvings, off })
+}
+
+fn filled(scene: &str, pictures: &str, data: &str) -> String {
+    include_str!("square.html")
+        .replace("{{style}}", include_str!("square.css"))
+        .replace("{{scene}}", scene)
+        .replace("{{pictures}}", pictures)
+        .replace("{{script}}", include_str!("square.js"))
+        .replace("{{data}}", data)
 }
 
 /// See [`SquarePage::off`].
@@ -156,4 +160,33 @@ fn halved(atlas: &Atlas) -> Atlas {
     smaller.width = atlas.width.div_ceil(2);
     smaller.height = atlas.height.div_ceil(2);
     smaller
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `HALFLIGHT_REWRITE=1` makes it anew from its own data.
+    #[test]
+    fn the_page_of_the_documentation_looks_as_pages_made_now() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/square.html");
+        let Ok(page) = std::fs::read_to_string(&path) else {
+            eprintln!("SKIPPED: this copy of halflight is without docs/square.html");
+            return;
+        };
+        let between = |begin: &str, end: &str| {
+            page.split_once(begin).expect("its begin").1.split_once(end).expect("its end").0
+        };
+        let scene = between("<title>The illumination square · ", "</title>");
+        let pictures = between("<div hidden>\n", "</div>\n<script");
+        let data = between("<script type=\"application/json\" id=\"data\">", "</script>");
+        let renewed = filled(scene, pictures, data);
+        if std::env::var_os("HALFLIGHT_REWRITE").is_some() {
+            std::fs::write(&path, &renewed).expect("it is written");
+        }
+        assert!(
+            std::fs::read_to_string(&path).is_ok_and(|kept| kept == renewed),
+            "docs/square.html is not of now"
+        );
+    }
 }
