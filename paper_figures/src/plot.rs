@@ -120,18 +120,40 @@ impl Panel {
             right - left,
             bottom - top
         );
-        for (name, level) in self.marks.iter().filter(|mark| mark.1 > 0.0) {
-            let place = y.place(*level);
-            text += &format!(
-                "<line class=\"mark\" x1=\"{left}\" y1=\"{place:.1}\" x2=\"{right}\" y2=\"{place:.1}\"/>\
-                 <text class=\"soft\" x=\"{}\" y=\"{:.1}\">{}</text>\n",
-                left + 6.0,
-                place - 5.0,
-                escape(name)
+        let curves: Vec<Vec<[f64; 2]>> = self
+            .curves
+            .iter()
+            .map(|curve| curve.points.iter().map(|p| [x.place(p[0]), y.place(p[1])]).collect())
+            .collect();
+        let marks: Vec<(&str, f64)> = self
+            .marks
+            .iter()
+            .filter(|mark| mark.1 > 0.0)
+            .map(|(name, level)| (name.as_str(), y.place(*level)))
+            .collect();
+        let mut labels = Labels { lines: curves.clone(), boxes: Vec::new() };
+        labels.lines.extend(marks.iter().map(|(_, place)| vec![[left, *place], [right, *place]]));
+        let mut names = Vec::new();
+        for (curve, places) in self.curves.iter().zip(&curves) {
+            let around = |[px, py]: [f64; 2]| {
+                [(px + 6.0, py - 9.0, "start"), (px - 8.0, py + 4.0, "end"), (px + 6.0, py + 19.0, "start")]
+            };
+            names.push(
+                places.first().map_or(String::new(), |first| labels.put("name", curve.name, &around(*first))),
             );
         }
-        for (i, curve) in self.curves.iter().enumerate() {
-            let places: Vec<[f64; 2]> = curve.points.iter().map(|p| [x.place(p[0]), y.place(p[1])]).collect();
+        // A mark's words stand on its own line.
+        labels.lines.truncate(curves.len());
+        for (name, place) in marks {
+            let [above, below] = [place - 5.0, place + 15.0];
+            let ends = [(left + 6.0, "start"), (right - 6.0, "end")];
+            let around = [above, below].map(|y| ends.map(|(x, anchor)| (x, y, anchor)));
+            text += &format!(
+                "<line class=\"mark\" x1=\"{left}\" y1=\"{place:.1}\" x2=\"{right}\" y2=\"{place:.1}\"/>{}\n",
+                labels.put("soft", name, around.as_flattened())
+            );
+        }
+        for (i, ((curve, places), name)) in self.curves.iter().zip(&curves).zip(names).enumerate() {
             let line: Vec<String> = places.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
             text += &format!("<g class=\"c{i}\"><polyline class=\"curve\" points=\"{}\"/>", line.join(" "));
             for ([px, py], [seconds, error]) in places.iter().zip(&curve.points) {
@@ -141,18 +163,60 @@ impl Panel {
                     100.0 * error
                 );
             }
-            if let Some([px, py]) = places.first() {
-                text += &format!(
-                    "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                    px + 6.0,
-                    py - 9.0,
-                    escape(curve.name)
-                );
-            }
-            text += "</g>\n";
+            text += &(name + "</g>\n");
         }
         text
     }
+}
+
+/// Words that keep clear of lines and of each other.
+struct Labels {
+    lines: Vec<Vec<[f64; 2]>>,
+    /// Left, top, right, bottom of the words put so far.
+    boxes: Vec<[f64; 4]>,
+}
+
+impl Labels {
+    /// Puts words to the first of the places (x, base line, anchor) where they are free, to the first of all where none is.
+    fn put(&mut self, class: &str, words: &str, places: &[(f64, f64, &str)]) -> String {
+        let boxed = |&(x, y, anchor): &(f64, f64, &str)| {
+            // Of 13 px type, about; bold is wider.
+            let width = words.chars().count() as f64 * if class == "name" { 7.8 } else { 7.2 };
+            let left = if anchor == "end" { x - width } else { x };
+            [left, y - 11.0, left + width, y + 3.0]
+        };
+        let place = places.iter().find(|place| self.free(boxed(place))).unwrap_or(&places[0]);
+        self.boxes.push(boxed(place));
+        let (x, y, anchor) = place;
+        format!(
+            "<text class=\"{class}\" text-anchor=\"{anchor}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
+            escape(words)
+        )
+    }
+
+    /// Whether a box lies in the frame, apart from other words and from all lines.
+    fn free(&self, [left, top, right, bottom]: [f64; 4]) -> bool {
+        let within = left >= FRAME[0] && top >= FRAME[1] && right <= FRAME[2] && bottom <= FRAME[3];
+        let apart =
+            |other: &[f64; 4]| left > other[2] || right < other[0] || top > other[3] || bottom < other[1];
+        // Points are drawn as disks of radius 4.
+        let room = 4.0;
+        let touches = |[x, y]: [f64; 2]| {
+            (left - room..=right + room).contains(&x) && (top - room..=bottom + room).contains(&y)
+        };
+        let crossed =
+            |line: &Vec<[f64; 2]>| line.windows(2).any(|ends| along([ends[0], ends[1]]).any(touches));
+        within && self.boxes.iter().all(apart) && !self.lines.iter().any(crossed)
+    }
+}
+
+/// Points of a straight line, no more than a pixel apart.
+fn along([a, b]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let steps = (b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil().max(1.0);
+    (0..=steps as u32).map(move |i| {
+        let share = f64::from(i) / steps;
+        [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
+    })
 }
 
 fn plain(value: f64) -> String {
@@ -170,5 +234,69 @@ mod tests {
         assert!((axis.place(10.0) - 50.0).abs() < 1e-9, "{}", axis.place(10.0));
         assert_eq!(axis.ticks(), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
         assert_eq!([0.05, 2.0, 50.0].map(plain), ["0.05", "2", "50"]);
+    }
+
+    /// The curves of figure 4 as they were measured, about: the paper's level meets one of them, as does that of five points.
+    #[test]
+    fn words_keep_clear_of_curves_and_of_the_frame() {
+        let curve = |name, from: f64, errors: &[f64]| {
+            let points =
+                errors.iter().enumerate().map(|(i, e)| [from * 2_f64.powi(i as i32), 0.01 * e]).collect();
+            Curve { name, points }
+        };
+        let panel = Panel {
+            title: "against OpenGL".into(),
+            across: "seconds".into(),
+            curves: vec![
+                curve("shooting", 0.69, &[0.748, 0.403, 0.29, 0.218, 0.172, 0.137]),
+                curve("plan-chosen", 0.48, &[0.0682, 0.0289, 0.0229, 0.0204, 0.019, 0.0183]),
+                curve("path-plain", 1.18, &[10.08, 5.47, 3.56, 2.42, 1.69]),
+            ],
+            marks: vec![
+                ("the paper, 80,000 samples a pixel".into(), 0.004),
+                ("five points are not a lamp".into(), 2e-4),
+            ],
+        };
+        let svg = plot(&[panel]);
+        let number = |text: &str, key: &str| -> f64 {
+            let rest = text.split_once(key).expect("it is there").1;
+            rest.split('"').next().unwrap_or_default().parse().expect("a number")
+        };
+        let lines: Vec<Vec<[f64; 2]>> = svg
+            .split("points=\"")
+            .skip(1)
+            .map(|rest| {
+                let pairs = rest.split('"').next().unwrap_or_default().split(' ');
+                pairs
+                    .map(|pair| pair.split_once(',').expect("a pair"))
+                    .map(|(x, y)| [x, y].map(|c| c.parse().unwrap()))
+                    .collect()
+            })
+            .collect();
+        assert_eq!(lines.len(), 3);
+        for words in [
+            "shooting",
+            "plan-chosen",
+            "path-plain",
+            "the paper, 80,000 samples a pixel",
+            "five points are not a lamp",
+        ] {
+            let at = svg.find(&format!(">{words}</text>")).expect("it is drawn");
+            let tag = &svg[svg[..at].rfind("<text").expect("its tag")..at];
+            let (x, y, width) = (number(tag, " x=\""), number(tag, " y=\""), 7.0 * words.len() as f64);
+            let left = if tag.contains("\"end\"") { x - width } else { x };
+            assert!(
+                left >= FRAME[0] && left + width <= FRAME[2] && y - 10.0 >= FRAME[1] && y <= FRAME[3],
+                "{tag}"
+            );
+            let inside = |[px, py]: [f64; 2]| {
+                (left..=left + width).contains(&px) && (y - 10.0..=y + 2.0).contains(&py)
+            };
+            let crossed = lines
+                .iter()
+                .flat_map(|line| line.windows(2))
+                .any(|ends| along([ends[0], ends[1]]).any(inside));
+            assert!(!crossed, "a curve runs through {tag}");
+        }
     }
 }
