@@ -1,6 +1,7 @@
 //! What goes in: real files, built-in scenes and everything that can be wrong with a file.
 
 mod builtin;
+mod damage;
 mod files;
 mod noise;
 mod right;

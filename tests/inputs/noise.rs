@@ -1,27 +1,10 @@
 //! Random damage: a file is read or refused, it never brings the program down.
 
+use crate::damage;
 use crate::small::{Small, load_bytes};
-use halflight::error::Error;
+use glam::Vec3;
+use halflight::film::{Film, Header, Layer, PassImage, read_exr, write_exr};
 use proptest::prelude::*;
-
-fn check(name: &str, bytes: &[u8]) {
-    match load_bytes(name, bytes) {
-        Ok(scene) => {
-            // What was read is sound: no number that is not finite, no index out of bounds.
-            let mesh = &scene.mesh;
-            assert!(mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()));
-            assert_eq!(mesh.positions.len(), mesh.normals.len());
-            assert!(mesh.triangles.iter().flatten().all(|i| (*i as usize) < mesh.positions.len()));
-            for triangle in 0..mesh.triangles.len() as u32 {
-                assert!(mesh.normal(triangle).is_normalized() && scene.material_of(triangle).lobes.len() < 4);
-            }
-            assert!(scene.luminaires.iter().all(|l| l.power(1.0).is_finite() || l.is_delta()));
-            assert!(scene.camera.position.is_finite() && scene.camera.right.is_normalized());
-        }
-        Err(Error::Scene { reason, .. }) => assert!(!reason.contains('\n') && !reason.is_empty()),
-        Err(other) => panic!("{other}"),
-    }
-}
 
 fn rich() -> Small {
     let extras = serde_json::json!({ "illumination": [0.5, 0.5], "emission": "both", "thin": false });
@@ -43,7 +26,7 @@ proptest! {
             let at = index.index(bytes.len());
             bytes[at] = value;
         }
-        check("bytes.glb", &bytes);
+        damage::scene(&bytes);
     }
 
     #[test]
@@ -52,13 +35,13 @@ proptest! {
         for (index, value) in hits {
             small.binary[index] = value;
         }
-        check("floats.glb", &small.glb());
+        damage::scene(&small.glb());
     }
 
     #[test]
     fn length_of_a_glb(cut in any::<prop::sample::Index>()) {
         let bytes = rich().glb();
-        check("length.glb", &bytes[..cut.index(bytes.len())]);
+        damage::scene(&bytes[..cut.index(bytes.len())]);
     }
 
     #[test]
@@ -73,7 +56,7 @@ proptest! {
             ][kind];
             *small.json.pointer_mut(pointer).expect("a leaf") = serde_json::from_str(strange).expect("json");
         }
-        check("values.gltf", small.json.to_string().as_bytes());
+        damage::scene(small.json.to_string().as_bytes());
     }
 }
 
@@ -110,7 +93,7 @@ proptest! {
             }
             prop_assume!(small.json.to_string().len() < 200_000);
         }
-        check("structure.gltf", small.json.to_string().as_bytes());
+        damage::scene(small.json.to_string().as_bytes());
     }
 
     /// Nodes that have each other, themselves or nothing for children, and places far from anything.
@@ -129,7 +112,40 @@ proptest! {
         nodes.extend((0..6).map(node));
         let count = nodes.len();
         small.json["scenes"][0]["nodes"] = (0..count).collect::<Vec<_>>().into();
-        check("graph.gltf", small.json.to_string().as_bytes());
+        damage::scene(small.json.to_string().as_bytes());
+    }
+}
+
+/// A picture of 5×3 pixels with two layers, as a render writes it.
+fn picture() -> Vec<u8> {
+    let layers = [Layer::Visible, Layer::Depth];
+    let mut film = Film::new(5, 3, &layers);
+    let planes =
+        film.accumulated().map(|layer| (layer, (0..15).map(|i| Vec3::splat(i as f32)).collect())).collect();
+    film.add(&PassImage { width: 5, height: 3, planes });
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("picture.exr");
+    write_exr(&path, &film, &Header::new()).expect("written");
+    std::fs::read(path).expect("read")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bytes_of_an_exr(hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+        let mut bytes = picture();
+        for (index, value) in hits {
+            let at = index.index(bytes.len());
+            bytes[at] = value;
+        }
+        damage::exr(&bytes);
+    }
+
+    #[test]
+    fn length_of_an_exr(cut in any::<prop::sample::Index>()) {
+        let bytes = picture();
+        damage::exr(&bytes[..cut.index(bytes.len())]);
     }
 }
 
@@ -149,4 +165,13 @@ fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {
 #[test]
 fn the_undamaged_file_is_good() {
     assert!(load_bytes("rich.glb", &rich().glb()).is_ok());
+}
+
+#[test]
+fn the_undamaged_picture_is_good() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("picture.exr");
+    std::fs::write(&path, picture()).expect("written");
+    let image = read_exr(&path).expect("a picture");
+    assert_eq!((image.width, image.height, image.layers.len()), (5, 3, 2));
 }
