@@ -2,26 +2,26 @@
 //! that is seen, turned into each other by 2×2 matrix reflectances. One algorithm gives global illumination, local
 //! illumination, shadows without inter-reflection and inter-reflection without shadows, with caustics.
 //!
-//! ```
-//! # fn main() -> halflight::error::Result<()> {
+//! ```standalone_crate
 //! use halflight::film::{Layer, write_exr, write_png};
 //! use halflight::plan::Settings;
 //! use halflight::render::Render;
 //! use halflight::scene::{Illumination, Scene};
 //!
-//! let mut scene = Scene::load("builtin:cornell-spheres")?;
-//! scene.illuminate(Some(Illumination::SHADOWLESS), &[])?;
-//! let settings = Settings { width: 32, height: 32, paths: Some(4_000), ..Settings::default() };
-//! let mut render = Render::new(scene, settings, &[Layer::Visible, Layer::Error])?;
-//! while render.film().relative_error().is_none_or(|error| error > 0.3) {
-//!     render.pass();
+//! fn main() -> halflight::error::Result<()> {
+//! #   let folder = tempfile::tempdir().expect("a temporary folder");
+//! #   std::env::set_current_dir(folder.path()).expect("a folder to be in");
+//!     let mut scene = Scene::load("builtin:cornell-spheres")?;
+//!     scene.illuminate(Some(Illumination::SHADOWLESS), &[])?;
+//!     let settings = Settings { width: 32, height: 32, paths: Some(4_000), ..Settings::default() };
+//!     let mut render = Render::new(scene, settings, &[Layer::Visible, Layer::Error])?;
+//!     while render.film().relative_error().is_none_or(|error| error > 0.3) {
+//!         render.pass();
+//!     }
+//!     write_exr("spheres.exr".as_ref(), render.film(), &render.header())?;
+//!     write_png("spheres.png".as_ref(), render.film(), 0.0)?;
+//!     Ok(())
 //! }
-//! # let folder = tempfile::tempdir().expect("a temporary folder");
-//! # let file = |name| folder.path().join(name);
-//! write_exr(&file("spheres.exr"), render.film(), &render.header())?;
-//! write_png(&file("spheres.png"), render.film(), 0.0)?;
-//! # Ok(())
-//! # }
 //! ```
 //!
 //! # The story
@@ -92,3 +92,8 @@ pub mod sampling;
 pub mod scene;
 pub mod shoot;
 pub mod stability;
+
+/// The examples of README.md compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
