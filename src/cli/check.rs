@@ -48,7 +48,8 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
     let outcomes = match &args.scene {
         Some(scene) => {
             let (illumination, set) = (args.illumination.clone(), args.set.clone());
-            let scene = SceneArgs { scene: scene.clone(), illumination, set }.load()?;
+            let (scene_of_file, camera) = (None, None);
+            let scene = SceneArgs { scene: scene.clone(), scene_of_file, camera, illumination, set }.load()?;
             check_scene(&scene, |outcome| tell(&args, || text(outcome)))?
         }
         None => suite(&args)?,

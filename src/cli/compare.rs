@@ -29,6 +29,12 @@ pub struct CompareArgs {
     /// builtin:concentric
     #[arg(value_name = "SCENE", default_value = "builtin:caustic-box")]
     scenes: Vec<PathBuf>,
+    /// Which scene of files that have several, as in `render`
+    #[arg(id = "scene-of-file", long = "scene", value_name = "NAME|N")]
+    scene_of_file: Option<String>,
+    /// Which camera, as in `render`
+    #[arg(long, value_name = "NAME|N")]
+    camera: Option<String>,
     /// Illumination over the whole scene, as in `render`; repeated: every scene in each
     #[arg(long, value_name = "NAME|S,T")]
     illumination: Vec<String>,
@@ -363,6 +369,8 @@ impl CompareArgs {
         let in_lights = |scene: &PathBuf| {
             let args = |illumination: &Option<String>| SceneArgs {
                 scene: scene.clone(),
+                scene_of_file: self.scene_of_file.clone(),
+                camera: self.camera.clone(),
                 illumination: illumination.clone(),
                 set: self.set.clone(),
             };

@@ -31,7 +31,8 @@ const TOLD_APART: f64 = 0.05;
 
 pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let (settings, layers) = args.settings.resolve()?;
-    let scene = args.scene.load()?;
+    let mut scene = args.scene.load()?;
+    let settings = args.settings.film(settings, &mut scene);
     let auto = settings.direct == Direct::Auto;
     let (mut plan, forecast) = Forecast::make(scene.clone(), settings, &layers);
     if auto {

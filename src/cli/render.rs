@@ -81,7 +81,8 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
             .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
     }
     let begin = Instant::now();
-    let scene = args.scene.load()?;
+    let mut scene = args.scene.load()?;
+    let settings = args.settings.film(settings, &mut scene);
     if !args.quiet {
         scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
     }

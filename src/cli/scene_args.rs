@@ -1,7 +1,7 @@
 //! What every command that takes a scene takes.
 
 use crate::error::{Error, Result};
-use crate::scene::{Illumination, Scene};
+use crate::scene::{Choice, Illumination, Scene};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -12,6 +12,14 @@ pub struct SceneArgs {
     /// builtin:concentric.
     #[arg(default_value = "builtin:caustic-box")]
     pub scene: PathBuf,
+
+    /// Which scene of a file that has several: its name, or its number from 0. Default: the one that the file says.
+    #[arg(id = "scene-of-file", long = "scene", value_name = "NAME|N")]
+    pub scene_of_file: Option<String>,
+
+    /// Which camera sees the scene: its name, or its number from 0. Default: the first.
+    #[arg(long, value_name = "NAME|N")]
+    pub camera: Option<String>,
 
     /// Illumination over the whole scene: global, local, shadowless, one-bounce, whitted, or a point S,T of the square
     /// (S inter-reflection, T shadowlessness, both 0…1). Materials that name their own in the file keep it unless --set
@@ -39,7 +47,8 @@ impl SceneArgs {
             })?;
             set.push((name.to_owned(), parse(&format!("--set {name}"), text)?));
         }
-        let mut scene = Scene::load(&self.scene)?;
+        let choice = Choice { scene: self.scene_of_file.clone(), camera: self.camera.clone() };
+        let mut scene = Scene::load_chosen(&self.scene, &choice)?;
         scene.illuminate(asked, &set)?;
         Ok(scene)
     }

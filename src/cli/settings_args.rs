@@ -3,14 +3,16 @@
 use crate::error::{Error, Result};
 use crate::film::Layer;
 use crate::plan::{Direct, Method, Omittable, Settings};
+use crate::scene::Scene;
 use clap::{Args, ValueEnum};
 
 /// How a scene is rendered.
 #[derive(Args, Clone, Debug)]
 pub struct SettingsArgs {
-    /// Film size in pixels.
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "512x512", value_parser = size)]
-    pub size: (u32, u32),
+    /// Film size in pixels. Of another shape than the camera's picture it shows all of that and more beside it, or above
+    /// and below. Default: 512 on the longer side, in the shape of the camera's picture; square where it has none.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    pub size: Option<(u32, u32)>,
 
     /// Photon paths per pass. Default: chosen by the plan.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -73,7 +75,7 @@ pub enum DirectArg {
 }
 
 impl SettingsArgs {
-    /// The settings asked for, those that follow from the layers included.
+    /// The settings asked for, those that follow from the layers included; the film is that of [`film`](Self::film).
     pub fn resolve(&self) -> Result<(Settings, Vec<Layer>)> {
         let layers = self.layers()?;
         let settings = Settings {
@@ -94,9 +96,19 @@ impl SettingsArgs {
             max_reflections: self.max_reflections,
             keep_everything: self.keep_everything,
             keep: self.keep()?,
-            ..Settings::for_film(self.size.0, self.size.1)
+            ..Settings::default()
         };
         Ok((settings, layers))
+    }
+
+    /// The settings on the film asked for, else on one of the camera's shape. A film that shows more than the camera's
+    /// picture is noted.
+    pub fn film(&self, settings: Settings, scene: &mut Scene) -> Settings {
+        let aspect = scene.camera.aspect;
+        let (width, height) = self.size.unwrap_or_else(|| shaped(aspect.unwrap_or(1.0)));
+        scene.notes.extend(aspect.and_then(|aspect| beside(aspect, width, height)));
+        let Settings { indirect_radius, .. } = Settings::for_film(width, height);
+        Settings { width, height, indirect_radius, ..settings }
     }
 
     fn keep(&self) -> Result<Vec<Omittable>> {
@@ -116,10 +128,53 @@ impl SettingsArgs {
     }
 }
 
+/// The longer side of a film of no given size.
+const LONGER_SIDE: u32 = 512;
+
+/// A film of the given width / height.
+fn shaped(aspect: f32) -> (u32, u32) {
+    let shorter = |share: f32| ((LONGER_SIDE as f32 * share).round() as u32).max(1);
+    if aspect >= 1.0 { (LONGER_SIDE, shorter(1.0 / aspect)) } else { (shorter(aspect), LONGER_SIDE) }
+}
+
+/// What a film shows that a picture of the given width / height does not. None where a pixel makes the difference.
+fn beside(aspect: f32, width: u32, height: u32) -> Option<String> {
+    let surplus = width as f32 - aspect * height as f32;
+    let place = if surplus > 0.0 { "on the left and right" } else { "above and below" };
+    (surplus.abs() >= aspect.max(1.0)).then(|| {
+        let (width_of_1, fitting) = (format!("{aspect:.4}"), shaped(aspect));
+        let width_of_1 = width_of_1.trim_end_matches('0').trim_end_matches('.');
+        format!(
+            "the camera's picture is {width_of_1}:1, the film {width}x{height}: it also shows what lies {place} (--size {}x{} \
+             shows the picture alone)",
+            fitting.0, fitting.1
+        )
+    })
+}
+
 pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     let wrong = || format!("`{text}` is no size; write WIDTHxHEIGHT in pixels, as in 512x512");
     let (width, height) = text.split_once('x').ok_or_else(wrong)?;
     let side =
         |text: &str| text.parse::<u32>().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(wrong);
     Ok((side(width)?, side(height)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn films_have_the_shape_of_the_cameras_picture_and_what_they_show_besides_is_told() {
+        assert_eq!(shaped(1.0), (512, 512));
+        assert_eq!(shaped(16.0 / 9.0), (512, 288));
+        assert_eq!(shaped(0.5), (256, 512));
+        assert_eq!((shaped(1e9), shaped(1e-9)), ((512, 1), (1, 512)));
+        for aspect in [1.0, 16.0 / 9.0, 4.0 / 3.0, 1.85, 0.37] {
+            let (width, height) = shaped(aspect);
+            assert_eq!(beside(aspect, width, height), None);
+        }
+        assert!(beside(16.0 / 9.0, 512, 512).is_some_and(|note| note.contains("above and below")));
+        assert!(beside(1.0, 640, 480).is_some_and(|note| note.contains("left and right")));
+    }
 }

@@ -4,7 +4,7 @@ use super::polygon::Facet;
 use crate::light::Light;
 use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Segment;
-use crate::scene::{Luminaire, Scene, SurfacePoint, warn_falloff};
+use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between, warn_falloff};
 use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
 use std::ops::Add;
@@ -131,7 +131,7 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
         }
         Luminaire::Point { position, intensity } => punctual(point, position, |_, _| 1.0, intensity),
         Luminaire::Spot { position, direction, intensity, cone } => {
-            punctual(point, position, |out, _| cone.profile(out.dot(direction)), intensity)
+            punctual(point, position, |out, _| cone.profile(versine_between(out, direction)), intensity)
         }
         Luminaire::Warn { position, direction, intensity, exponent, attenuation } => {
             let profile = |out: Vec3, r: f32| {

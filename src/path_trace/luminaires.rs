@@ -2,7 +2,7 @@ use super::numbers::Numbers;
 use crate::light::Light;
 use crate::rays::Segment;
 use crate::sampling::warp;
-use crate::scene::{Luminaire, Scene, SurfacePoint};
+use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between};
 use glam::Vec3;
 
 /// The luminaires that can be connected to; the default has none, which leaves finding them to chance.
@@ -118,7 +118,7 @@ fn irradiance_from(luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
     match *luminaire {
         Luminaire::Point { intensity, .. } => (1.0 / square) * intensity, // paper eq. 2
         Luminaire::Spot { direction, intensity, cone, .. } => {
-            (cone.profile(out.dot(direction)) / square) * intensity
+            (cone.profile(versine_between(out, direction)) / square) * intensity
         }
         Luminaire::Warn { direction, intensity, exponent, attenuation: [a0, a1, a2], .. } => {
             // paper eq. 24; dark behind, where cosᵉ would be what OpenGL leaves out

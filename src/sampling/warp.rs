@@ -36,6 +36,13 @@ pub fn about_z(z: f32, turn: f32) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
+/// The unit vector whose angle from +z has the given versine, 1 − cos, at azimuth 2π `turn`: exact also very near to +z.
+pub fn off_z(versine: f32, turn: f32) -> Vec3 {
+    let r = (versine * (2.0 - versine)).max(0.0).sqrt();
+    let (sin, cos) = (TAU * turn).sin_cos();
+    Vec3::new(r * cos, r * sin, 1.0 - versine)
+}
+
 /// Uniform on a triangle: barycentric weights of its second and third vertex. Heitz 2019, low distortion.
 pub fn triangle(u: [f32; 2]) -> [f32; 2] {
     let (mut b1, mut b2) = (u[0], u[1]);

@@ -13,7 +13,8 @@ pub struct Camera {
     pub forward: Vec3,
     /// How directions map to the film.
     pub projection: Projection,
-    /// Width / height that the scene asks for, if it does.
+    /// Width / height of the picture that the scene asks for, if it does. A film of another shape shows all of that
+    /// picture, and more beside it or above and below.
     pub aspect: Option<f32>,
 }
 
@@ -43,12 +44,19 @@ impl Camera {
 
     /// What it sees on a film of the given width / height.
     pub fn view(&self, aspect: f32) -> View {
-        let (half_height, central) = match self.projection {
-            Projection::Perspective { yfov } => ((0.5 * yfov).tan(), true),
-            Projection::Orthographic { half_height } => (half_height, false),
-        };
+        let central = matches!(self.projection, Projection::Perspective { .. });
+        let half_height = self.half_height(aspect);
         let (right, up) = (half_height * aspect * self.right, half_height * self.up);
         View { position: self.position, forward: self.forward, right, up, half_height, central }
+    }
+
+    /// Half the height of what a film of the given width / height shows, m; in central projection at distance 1.
+    fn half_height(&self, aspect: f32) -> f32 {
+        let own = match self.projection {
+            Projection::Perspective { yfov } => (0.5 * yfov).tan(),
+            Projection::Orthographic { half_height } => half_height,
+        };
+        own * self.aspect.map_or(1.0, |wanted| (wanted / aspect).max(1.0))
     }
 
     /// Origin and unit direction of the ray through film point (x, y) in [0, 1]², (0, 0) top left, for a film of
@@ -62,8 +70,8 @@ impl Camera {
     pub fn film(&self, point: Vec3, aspect: f32) -> Option<[f32; 2]> {
         let offset = point - self.position;
         let h = match self.projection {
-            Projection::Perspective { yfov } => (0.5 * yfov).tan() * offset.dot(self.forward),
-            Projection::Orthographic { half_height } => half_height,
+            Projection::Perspective { .. } => self.half_height(aspect) * offset.dot(self.forward),
+            Projection::Orthographic { .. } => self.half_height(aspect),
         };
         let (sx, sy) = (offset.dot(self.right) / h, offset.dot(self.up) / h);
         (h > 0.0).then_some([0.5 * (sx / aspect + 1.0), 0.5 * (1.0 - sy)])
@@ -109,6 +117,29 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_film_of_any_shape_shows_the_whole_picture_that_the_camera_asks_for() {
+        for projection in
+            [Projection::Perspective { yfov: 0.7 }, Projection::Orthographic { half_height: 2.0 }]
+        {
+            let mut camera = Camera::look_at(Vec3::ZERO, Vec3::X, Vec3::Y, projection);
+            let free = camera;
+            camera.aspect = Some(1.6);
+            let corner = |film: f32| {
+                let (origin, direction) = free.ray(1.0, 0.0, 1.6);
+                camera.film(origin + direction, film).expect("in front")
+            };
+            let near = |seen: [f32; 2], wanted: [f32; 2]| {
+                let off = (seen[0] - wanted[0]).abs().max((seen[1] - wanted[1]).abs());
+                assert!(off < 1e-6, "{seen:?} for {wanted:?}");
+            };
+            near(corner(1.6), [1.0, 0.0]);
+            near(corner(0.8), [1.0, 0.25]);
+            near(corner(3.2), [0.75, 0.0]);
+            assert_eq!(camera.ray(0.3, 0.4, 1.6), free.ray(0.3, 0.4, 1.6), "to the bit where the shape fits");
+        }
+    }
 
     #[test]
     fn a_point_is_seen_where_its_ray_starts() {

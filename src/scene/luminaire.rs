@@ -63,43 +63,63 @@ pub enum Luminaire {
     },
 }
 
-/// The angular profile of a glTF spot: full inside `cos_inner`, none outside `cos_outer`, the square of a linear
-/// ramp in the cosine between (`KHR_lights_punctual`).
+/// The angular profile of a glTF spot: full inside its core, none outside the cone, the square of a linear ramp in the
+/// cosine between (`KHR_lights_punctual`). Kept as versines, 1 − cos θ: cosines of less than 10⁻⁴ rad are 1 in f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotCone {
-    /// Cosine of the half-angle of the full core.
-    pub cos_inner: f32,
-    /// Cosine of the half-angle of the whole cone, ≤ `cos_inner`.
-    pub cos_outer: f32,
+    /// Versine of the half-angle of the full core.
+    inner: f32,
+    /// Versine of the half-angle of the whole cone, ≥ `inner`.
+    outer: f32,
 }
 
 impl SpotCone {
-    /// Profile at cosine `cos` from the axis, in [0, 1].
-    pub fn profile(&self, cos: f32) -> f32 {
-        if cos >= self.cos_inner {
+    /// From the half-angles of the core and of the whole cone, radians: 0 ≤ `inner` ≤ `outer` ≤ π/2.
+    pub fn of_angles(inner: f32, outer: f32) -> Self {
+        let versine = |angle: f32| (2.0 * (0.5 * f64::from(angle)).sin().powi(2)) as f32;
+        Self { inner: versine(inner), outer: versine(outer) }
+    }
+
+    /// From the cosines of those angles: 1 ≥ `inner` ≥ `outer` ≥ 0.
+    pub fn of_cosines(inner: f32, outer: f32) -> Self {
+        Self { inner: 1.0 - inner, outer: 1.0 - outer }
+    }
+
+    /// Profile at `versine` from the axis, in [0, 1].
+    pub fn profile(&self, versine: f32) -> f32 {
+        if versine <= self.inner {
             1.0
-        } else if cos <= self.cos_outer {
+        } else if versine >= self.outer {
             0.0
         } else {
-            ((cos - self.cos_outer) / (self.cos_inner - self.cos_outer)).powi(2)
+            ((self.outer - versine) / (self.outer - self.inner)).powi(2)
         }
     }
 
     /// ∫ profile dω, sr.
     pub fn solid_angle(&self) -> f32 {
-        TAU * ((1.0 - self.cos_inner) + (self.cos_inner - self.cos_outer) / 3.0)
+        TAU * (self.inner + (self.outer - self.inner) / 3.0)
     }
 
-    /// A cosine distributed as the profile is over the sphere, from `u` in [0, 1).
-    pub fn sample_cos(&self, u: f32) -> f32 {
-        let core = TAU * (1.0 - self.cos_inner) / self.solid_angle();
+    /// A versine distributed as the profile is over the sphere, from `u` in [0, 1).
+    pub fn sample(&self, u: f32) -> f32 {
+        let core = TAU * self.inner / self.solid_angle();
         if u < core {
-            1.0 - (u / core) * (1.0 - self.cos_inner)
+            (u / core) * self.inner
         } else {
             let x = ((u - core) / (1.0 - core)).cbrt();
-            self.cos_outer + x * (self.cos_inner - self.cos_outer)
+            self.outer - x * (self.outer - self.inner)
         }
     }
+}
+
+/// 1 − cos of the angle between two directions of any length, to the last bits of f32 however small it is.
+pub fn versine_between(a: Vec3, b: Vec3) -> f32 {
+    let (a, b) = (a.as_dvec3(), b.as_dvec3());
+    let (cos, sin) = (a.dot(b), a.cross(b).length());
+    let length = cos.hypot(sin);
+    let versine = if cos > 0.0 { sin * sin / (length * (length + cos)) } else { (length - cos) / length };
+    versine as f32
 }
 
 impl Luminaire {
@@ -138,19 +158,57 @@ pub fn warn_falloff([a0, a1, a2]: [f32; 3], r: f32) -> f32 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn spot_samples_follow_the_profile() {
-        let cone = SpotCone { cos_inner: 0.9, cos_outer: 0.6 };
-        let n = 100_000_u32;
-        let mean = (0..n).map(|i| f64::from(cone.sample_cos((i as f32 + 0.5) / n as f32))).sum::<f64>()
-            / f64::from(n);
-        // ∫ c p(c) dc / ∫ p(c) dc by Simpson's rule on each piece
+    /// The solid angle and the mean versine of a cone of half-angles `inner` and `outer`: integrals of the profile in
+    /// f64, by Simpson's rule, which is exact for their cubics.
+    fn integrals(inner: f64, outer: f64) -> (f64, f64) {
+        let versine = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+        let (inner, outer) = (versine(inner), versine(outer));
         let simpson =
             |f: &dyn Fn(f64) -> f64, a: f64, b: f64| (b - a) / 6.0 * (f(a) + 4.0 * f(0.5 * (a + b)) + f(b));
-        let ramp = |c: f64| ((c - 0.6) / 0.3).powi(2);
-        let norm = simpson(&ramp, 0.6, 0.9) + 0.1;
-        let first = simpson(&|c| c * ramp(c), 0.6, 0.9) + simpson(&|c| c, 0.9, 1.0);
-        assert!((mean - first / norm).abs() < 1e-5, "{mean} against {}", first / norm);
-        assert!((f64::from(cone.solid_angle()) - std::f64::consts::TAU * norm).abs() < 1e-5);
+        let ramp = |v: f64| if outer > inner { ((outer - v) / (outer - inner)).powi(2) } else { 0.0 };
+        let whole = inner + simpson(&ramp, inner, outer);
+        let first = 0.5 * inner * inner + simpson(&|v| v * ramp(v), inner, outer);
+        (std::f64::consts::TAU * whole, first / whole)
+    }
+
+    #[test]
+    fn spots_of_any_width_have_their_power_and_their_samples_follow_the_profile() {
+        let fits = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-4;
+        for outer in [1.2_f32, 0.3, 1e-2, 1e-4, 1e-6, 1e-9, 1e-15] {
+            for inner in [0.0, 0.5 * outer, outer] {
+                let cone = SpotCone::of_angles(inner, outer);
+                let (solid_angle, mean) = integrals(f64::from(inner), f64::from(outer));
+                let n = 100_000_u32;
+                let samples = (0..n).map(|i| f64::from(cone.sample((i as f32 + 0.5) / n as f32)));
+                let mean_found = samples.sum::<f64>() / f64::from(n);
+                for (found, expected) in [(f64::from(cone.solid_angle()), solid_angle), (mean_found, mean)] {
+                    assert!(fits(found, expected), "{inner} to {outer} rad: {found} for {expected}");
+                    assert!(!fits(1.02 * found, expected) && !fits(0.98 * found, expected));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_profile_falls_from_the_core_to_the_edge_in_wide_and_in_narrow_spots() {
+        for outer in [0.8_f32, 1e-3, 1e-6, 1e-12] {
+            let cone = SpotCone::of_angles(0.0, outer);
+            let versine = |angle: f32| SpotCone::of_angles(angle, angle).outer;
+            assert_eq!((cone.profile(0.0), cone.profile(versine(outer))), (1.0, 0.0));
+            let half = cone.profile(0.5 * versine(outer));
+            assert!((half - 0.25).abs() < 1e-6, "{half} at half the versine of {outer} rad");
+        }
+    }
+
+    #[test]
+    fn versines_of_small_and_large_angles_are_exact() {
+        for angle in [1e-7_f64, 1e-4, 0.3, 1.5, 3.0] {
+            let axis = Vec3::new(1.0, 0.0, 0.0);
+            let aside = Vec3::new(angle.cos() as f32, angle.sin() as f32, 0.0);
+            let expected = 2.0 * (0.5 * f64::from(aside.y).atan2(f64::from(aside.x))).sin().powi(2);
+            let found = f64::from(versine_between(3.0 * axis, aside));
+            assert!((found / expected - 1.0).abs() < 1e-6, "{angle}: {found} for {expected}");
+        }
+        assert_eq!(versine_between(Vec3::X, -Vec3::X), 2.0);
     }
 }

@@ -15,8 +15,8 @@ mod mesh;
 
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
-pub use luminaire::{Emission, Luminaire, SpotCone, warn_falloff};
 pub use material::{Backs, Follows, Material};
+pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 
@@ -47,6 +47,16 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
+/// What is shown of a file that holds several scenes, or of a scene that several cameras see.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Choice {
+    /// A scene by its name, else by its number from 0 in the order of the file. None: the file's default.
+    pub scene: Option<String>,
+    /// A camera by the name of its node, else by its own, else by its number from 0 among those of the scene. None: the
+    /// first.
+    pub camera: Option<String>,
+}
+
 impl Scene {
     /// Loads a `.gltf` or `.glb` file, or one of the built-in scenes by its name (`builtin:caustic-box`, …).
     ///
@@ -55,10 +65,22 @@ impl Scene {
     /// # Errors
     /// One line that names the file, the thing and the way out.
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
+        Self::load_chosen(path, &Choice::default())
+    }
+
+    /// The same, where a file has more than one scene or camera.
+    ///
+    /// # Errors
+    /// As `load`; also where there is no such scene or camera.
+    pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Self> {
         let path = path.as_ref();
         let mut scene = match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
-            Some(name) => builtin::scene(name)?,
-            None => gltf::load(path)?,
+            Some(name) if *choice == Choice::default() => builtin::scene(name)?,
+            Some(name) => {
+                let only = "a built-in scene is one scene with one camera; leave out --scene and --camera";
+                return Err(Error::scene(format!("builtin:{name}"), only));
+            }
+            None => gltf::load(path, choice)?,
         };
         scene.illuminate(None, &[])?;
         Ok(scene)

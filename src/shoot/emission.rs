@@ -136,7 +136,7 @@ impl<'a, P: Power> Emitters<'a, P> {
                 (position, direction, Falloff::Physical, Beam::from_point(direction, 0.25 * FRAC_1_PI))
             }
             Luminaire::Spot { position, direction, cone, .. } => {
-                let direction = warp::to_world(direction, warp::about_z(cone.sample_cos(turn[0]), turn[1]));
+                let direction = warp::to_world(direction, warp::off_z(cone.sample(turn[0]), turn[1]));
                 let beam = Beam::from_point(direction, 1.0 / cone.solid_angle());
                 (position, direction, Falloff::Physical, beam)
             }

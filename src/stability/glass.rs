@@ -78,7 +78,7 @@ fn shot(what: &str, add: impl Fn(&mut Build)) -> (String, (f64, f64)) {
     let floor = build.material("Floor", diffuse(1e-6));
     build.level(0.0, 50.0, true, floor);
     add(&mut build);
-    let cone = SpotCone { cos_inner: 0.999_999, cos_outer: 0.999_999 };
+    let cone = SpotCone::of_cosines(0.999_999, 0.999_999);
     let intensity = Light::both(Vec3::splat(1.0 / cone.solid_angle()));
     build.0.luminaires.push(Luminaire::Spot {
         position: 2.0 * Vec3::Y,

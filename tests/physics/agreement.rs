@@ -240,7 +240,7 @@ fn with_many_lamps_of_every_kind() {
                 position,
                 direction: -Vec3::Y,
                 intensity: white(0.2),
-                cone: halflight::scene::SpotCone { cos_inner: 0.9, cos_outer: 0.7 },
+                cone: halflight::scene::SpotCone::of_cosines(0.9, 0.7),
             },
             _ => Luminaire::Warn {
                 position,

@@ -12,7 +12,7 @@ const IOR: f32 = 1.5;
 
 /// A narrow beam of 1 W from `position` along `direction`.
 fn beam(build: &mut Build, position: Vec3, direction: Vec3) {
-    let cone = SpotCone { cos_inner: 0.99999, cos_outer: 0.99999 };
+    let cone = SpotCone::of_cosines(0.99999, 0.99999);
     let intensity = Light::both(Vec3::splat(1.0 / cone.solid_angle()));
     build.0.luminaires.push(Luminaire::Spot { position, direction: direction.normalize(), intensity, cone });
 }

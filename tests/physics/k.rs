@@ -124,7 +124,7 @@ fn light_that_goes_to_and_fro_has_the_geometric_mean() {
         position: Vec3::Y * 0.5,
         direction: Vec3::Y,
         intensity: irradiance,
-        cone: halflight::scene::SpotCone { cos_inner: 0.999_999_9, cos_outer: 0.999_999_9 },
+        cone: halflight::scene::SpotCone::of_cosines(0.999_999_9, 0.999_999_9),
     });
     let m = measured(build.finish());
     assert!((m.k / 0.3 - 1.0).abs() < 1e-4, "{m:?}");

@@ -27,7 +27,7 @@ fn stack(upper: Matrix, lower: Matrix) -> Scene {
         build.quad(Vec3::new(-0.5, y, -0.5), Vec3::Z, Vec3::X, sheet);
     }
     let intensity = Light::new(Vec3::splat(5.0), Vec3::splat(2.0));
-    let cone = SpotCone { cos_inner: 0.99, cos_outer: 0.98 };
+    let cone = SpotCone::of_cosines(0.99, 0.98);
     build.0.luminaires.push(Luminaire::Spot {
         position: Vec3::Y * 2.0,
         direction: -Vec3::Y,

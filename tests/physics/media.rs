@@ -71,7 +71,7 @@ fn transmitted(add: impl Fn(&mut Build), turn: bool) -> Measured {
     let floor = build.material("Floor", diffuse(1e-6));
     build.quad(Vec3::new(-9.0, -2.0, -9.0), Vec3::Z * 18.0, Vec3::X * 18.0, floor);
     add(&mut build);
-    let cone = SpotCone { cos_inner: 0.999_999, cos_outer: 0.999_999 };
+    let cone = SpotCone::of_cosines(0.999_999, 0.999_999);
     let intensity = Light::both(Vec3::splat(1.0 / cone.solid_angle()));
     // Off the edges that boxes have in common.
     let position = Vec3::new(0.137, 2.0, 0.059);

@@ -36,7 +36,7 @@ fn photons_go_through_two_mirrors() {
     let mut build = periscope(Illumination::GLOBAL);
     let floor = build.material("Floor", diffuse(0.5));
     build.quad(Vec3::new(1.0, -2.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, floor);
-    let cone = SpotCone { cos_inner: 0.9999, cos_outer: 0.999 };
+    let cone = SpotCone::of_cosines(0.9999, 0.999);
     let intensity = Light::both(Vec3::splat(3.0 / cone.solid_angle()));
     build.0.luminaires.push(Luminaire::Spot {
         position: Vec3::Y * 3.0,

@@ -49,7 +49,7 @@ fn punctual_luminaires_have_their_closed_forms() {
     let direction = -Vec3::Y;
     let intensity = Light::new(Vec3::splat(3.0), Vec3::ZERO);
     let (square, cos) = (5.0_f64, 2.0 / 5.0_f64.sqrt());
-    let cone = SpotCone { cos_inner: 0.95, cos_outer: 0.6 };
+    let cone = SpotCone::of_cosines(0.95, 0.6);
     let warn = |exponent| Luminaire::Warn {
         position,
         direction,

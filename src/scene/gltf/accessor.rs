@@ -15,12 +15,51 @@ pub(super) struct Accessors<'a> {
     pub buffers: &'a [Cow<'a, [u8]>],
 }
 
+/// Integers that stand for numbers: those of KHR_mesh_quantization.
+const SMALL: [ComponentType; 4] =
+    [ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
+
 impl Accessors<'_> {
-    /// Vectors of three floats.
-    pub fn vec3(&self, index: usize) -> Result<Vec<[f32; 3]>, Reason> {
-        let (bytes, _) = self.packed(index, Type::Vec3, &[ComponentType::F32])?;
-        let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-        Ok(bytes.chunks_exact(12).map(|b| [float(&b[0..4]), float(&b[4..8]), float(&b[8..12])]).collect())
+    /// Vectors of three: floats, or the smaller numbers of KHR_mesh_quantization where the file says that it has them.
+    pub fn vec3(&self, index: usize) -> Result<Vec<[f64; 3]>, Reason> {
+        const QUANTIZATION: &str = "KHR_mesh_quantization";
+        let Root { extensions_used: used, extensions_required: required, .. } = self.root;
+        let quantized = used.iter().chain(required).any(|name| name == QUANTIZATION);
+        self.numbers(index, Type::Vec3, if quantized { &SMALL } else { &[] })
+    }
+
+    /// Elements of N numbers: floats, or `also`, which are shares of their type's largest where the accessor says so.
+    pub fn numbers<const N: usize>(
+        &self,
+        index: usize,
+        kind: Type,
+        also: &[ComponentType],
+    ) -> Result<Vec<[f64; N]>, Reason> {
+        let allowed = [also, &[ComponentType::F32]].concat();
+        let (bytes, component) = self.packed(index, kind, &allowed)?;
+        let normalized = self.root.accessors.get(index).is_some_and(|accessor| accessor.normalized);
+        let size = component.size();
+        let element = |bytes: &[u8]| {
+            std::array::from_fn(|i| number(&bytes[size * i..size * (i + 1)], component, normalized))
+        };
+        Ok(bytes.chunks_exact(size * N).map(element).collect())
+    }
+
+    /// The four joints of each vertex, indices into those of its skin.
+    pub fn joints(&self, index: usize) -> Result<Vec<[u32; 4]>, Reason> {
+        let (bytes, component) = self.packed(index, Type::Vec4, &[ComponentType::U8, ComponentType::U16])?;
+        Ok(unsigned(&bytes, component.size()).as_chunks::<4>().0.to_vec())
+    }
+
+    /// The bytes of a buffer view.
+    pub fn view(&self, index: usize) -> Result<&[u8], Reason> {
+        let view = self.root.buffer_views.get(index).ok_or("has a buffer view that does not exist")?;
+        let buffer = self.buffers.get(view.buffer.value()).ok_or("has a buffer that does not exist")?;
+        let start = view.byte_offset.map_or(0, |o| o.0);
+        let bytes = start
+            .checked_add(view.byte_length.0)
+            .and_then(|end| buffer.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
+        Ok(bytes.ok_or("has a buffer view that reaches beyond its buffer")?)
     }
 
     /// Unsigned integers.
@@ -73,13 +112,8 @@ impl Accessors<'_> {
 
     /// `count` elements of `size` bytes out of a buffer view, without the gaps of its stride.
     fn gather(&self, view: usize, offset: u64, count: u64, size: usize) -> Result<Vec<u8>, Reason> {
-        let view = self.root.buffer_views.get(view).ok_or("has a buffer view that does not exist")?;
-        let buffer = self.buffers.get(view.buffer.value()).ok_or("has a buffer that does not exist")?;
-        let start = view.byte_offset.map_or(0, |o| o.0);
-        let bytes = start
-            .checked_add(view.byte_length.0)
-            .and_then(|end| buffer.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
-            .ok_or("has a buffer view that reaches beyond its buffer")?;
+        let bytes = self.view(view)?;
+        let view = &self.root.buffer_views[view];
         let stride = view.byte_stride.map_or(size, |s| s.0);
         if stride < size {
             return Err("has a stride smaller than its elements".into());
@@ -97,7 +131,37 @@ impl Accessors<'_> {
     }
 }
 
+/// One number, little-endian. Integers are shares where `normalized`: glTF 2.0, §3.11.
+fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f64 {
+    let share = |number: f64, largest: f64| if normalized { (number / largest).max(-1.0) } else { number };
+    match (component, bytes) {
+        (ComponentType::I8, [a]) => share(f64::from(*a as i8), 127.0),
+        (ComponentType::U8, [a]) => share(f64::from(*a), 255.0),
+        (ComponentType::I16, [a, b]) => share(f64::from(i16::from_le_bytes([*a, *b])), 32_767.0),
+        (ComponentType::U16, [a, b]) => share(f64::from(u16::from_le_bytes([*a, *b])), 65_535.0),
+        (_, [a, b, c, d]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
+        _ => unreachable!("a number of {} bytes", bytes.len()),
+    }
+}
+
 fn unsigned(bytes: &[u8], width: usize) -> Vec<u32> {
     let number = |b: &[u8]| b.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte));
     bytes.chunks_exact(width).map(number).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_are_shares_of_their_largest_where_the_file_says_so() {
+        let share = |bytes: &[u8], component| number(bytes, component, true);
+        assert_eq!(share(&[0x80], ComponentType::I8), -1.0);
+        assert_eq!(share(&[0x7F], ComponentType::I8), 1.0);
+        assert_eq!(share(&[51], ComponentType::U8), 0.2);
+        assert_eq!(share(&[0x00, 0x80], ComponentType::I16), -1.0);
+        assert_eq!(share(&[0xFF, 0xFF], ComponentType::U16), 1.0);
+        assert_eq!(number(&[0x00, 0x80], ComponentType::I16, false), -32_768.0);
+        assert_eq!(number(&1.5_f32.to_le_bytes(), ComponentType::F32, true), 1.5);
+    }
 }

@@ -2,6 +2,7 @@ use super::Reason;
 use super::graph::Placed;
 use super::notes::{Notes, label};
 use crate::scene::centre::Eye;
+use super::stage::listed;
 use crate::scene::{Camera, Mesh, Projection};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
@@ -9,22 +10,33 @@ use gltf::json::camera::{Camera as Source, Type};
 use gltf::json::validation::Checked;
 use std::f32::consts::PI;
 
-/// The first camera of the scene about `origin`, else one that sees all of `mesh`.
+/// The camera of the scene about `origin` that is `wanted`, by its own or its node's name, else by number from 0; else
+/// its first camera; else one that sees all of `mesh`.
 pub(super) fn choose(
     root: &Root,
     placed: &[Placed<'_>],
+    wanted: Option<&str>,
     origin: DVec3,
     mesh: &Mesh,
     notes: &mut Notes,
 ) -> Result<Camera, Reason> {
-    let mut found = placed.iter().filter_map(|place| Some((place, place.node.camera?.value())));
-    let Some((place, index)) = found.next() else {
+    let found = cameras(placed);
+    let chosen = match wanted {
+        None => 0,
+        Some(wanted) => find(root, &found, wanted)?,
+    };
+    let Some((place, index)) = found.get(chosen).copied() else {
         notes.line("has no camera; it is seen from the front and slightly above".into());
         return Ok(framing(mesh));
     };
-    let others: Vec<_> = found.map(|(other, _)| other.name()).collect();
-    if !others.is_empty() {
-        notes.line(format!("seen by the first camera, {}; not by {}", place.name(), others.join(", ")));
+    let others = found.iter().enumerate().filter(|(other, _)| *other != chosen);
+    let others: Vec<_> = others.map(|(_, (other, _))| other.name()).collect();
+    if !others.is_empty() && wanted.is_none() {
+        notes.line(format!(
+            "seen by the first camera, {}; --camera NAME or N (from 0) takes another: {}",
+            place.name(),
+            listed(&others)
+        ));
     }
     let missing = || format!("{}: its camera {index} does not exist; export it again", place.label());
     let source = root.cameras.get(index).ok_or_else(missing)?;
@@ -51,8 +63,9 @@ pub(super) fn choose(
 }
 
 /// From where the scene is seen, in the world. None without a camera, or with one that [`choose`] refuses.
-pub(super) fn eye(root: &Root, placed: &[Placed<'_>]) -> Option<Eye> {
-    let (place, index) = placed.iter().find_map(|place| Some((place, place.node.camera?.value())))?;
+pub(super) fn eye(root: &Root, placed: &[Placed<'_>], wanted: Option<&str>) -> Option<Eye> {
+    let found = cameras(placed);
+    let (place, index) = *found.get(wanted.map_or(Ok(0), |wanted| find(root, &found, wanted)).ok()?)?;
     let (projection, aspect) = project(root.cameras.get(index)?).ok()?;
     let (half_height, central) = match projection {
         Projection::Perspective { yfov } => ((0.5 * f64::from(yfov)).tan(), true),
@@ -60,6 +73,29 @@ pub(super) fn eye(root: &Root, placed: &[Placed<'_>]) -> Option<Eye> {
     };
     let half_width = half_height * aspect.map_or(1.0, f64::from).max(1.0);
     Some(Eye { position: place.position(), forward: place.forward().ok()?, half_width, central })
+}
+
+/// The nodes that hold a camera, with its index.
+fn cameras<'a>(placed: &'a [Placed<'a>]) -> Vec<(&'a Placed<'a>, usize)> {
+    placed.iter().filter_map(|place| Some((place, place.node.camera?.value()))).collect()
+}
+
+/// The place among `found` of the camera that is called `wanted`.
+fn find(root: &Root, found: &[(&Placed<'_>, usize)], wanted: &str) -> Result<usize, Reason> {
+    let own_name = |index: usize| root.cameras.get(index).and_then(|camera| camera.name.as_deref());
+    let by_node = found.iter().position(|(place, _)| place.name() == wanted);
+    let by_name = || found.iter().position(|(_, index)| own_name(*index) == Some(wanted));
+    let by_number = || wanted.parse().ok().filter(|number| *number < found.len());
+    by_node.or_else(by_name).or_else(by_number).ok_or_else(|| {
+        let names: Vec<_> = found.iter().map(|(place, _)| place.name()).collect();
+        match &names[..] {
+            [] => format!("has no camera `{wanted}`, as it has none; leave out --camera"),
+            names => format!(
+                "has no camera `{wanted}`; --camera takes a name, or a number from 0: it has {}",
+                listed(names)
+            ),
+        }
+    })
 }
 
 fn project(source: &Source) -> Result<(Projection, Option<f32>), Reason> {

@@ -14,37 +14,19 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// Extensions that a file may require: those that are read, and those whose absence is told in a note.
-const SUPPORTED: &[&str] = &[
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_texture_transform",
-];
-
-/// The JSON of a .gltf or .glb, and the binary chunk of a .glb. Told apart by content, not by name.
-pub(super) fn split(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Reason> {
+/// The JSON text of a .gltf or .glb, and the binary chunk of a .glb. Told apart by content, not by name.
+pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Reason> {
     if bytes.is_empty() {
         return Err("is empty; export the scene again".into());
     }
-    let (json, chunk) = if bytes.starts_with(b"glTF") {
-        split_glb(bytes)?
-    } else {
-        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        if text.iter().find(|byte| !byte.is_ascii_whitespace()) != Some(&b'{') {
-            return Err("is not a glTF file; export the scene as glTF 2.0 (.gltf or .glb)".into());
-        }
-        (text, None)
-    };
-    let root = Root::from_slice(json).map_err(|e| {
-        format!("its JSON is damaged or not glTF 2.0 ({e}); export the scene again as glTF 2.0")
-    })?;
-    check_version(&root)?;
-    Ok((root, chunk))
+    if bytes.starts_with(b"glTF") {
+        return split_glb(bytes);
+    }
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    if text.iter().find(|byte| !byte.is_ascii_whitespace()) != Some(&b'{') {
+        return Err("is not a glTF file; export the scene as glTF 2.0 (.gltf or .glb)".into());
+    }
+    Ok((text, None))
 }
 
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Reason> {
@@ -83,19 +65,6 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Reason> {
     Ok((json.ok_or("has no JSON chunk; export it again")?, binary))
 }
 
-fn check_version(root: &Root) -> Result<(), Reason> {
-    let version = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
-    if version.split('.').next() != Some("2") {
-        return Err(format!("is glTF {version}; only glTF 2.0 can be read, convert or export it again"));
-    }
-    match root.extensions_required.iter().find(|name| !SUPPORTED.contains(&name.as_str())) {
-        Some(name) => Err(format!(
-            "requires the glTF extension {name}, which is not supported; export the scene without it"
-        )),
-        None => Ok(()),
-    }
-}
-
 /// The bytes of every buffer, each at least as long as it says.
 pub(super) fn load_buffers<'a>(
     root: &Root,
@@ -121,7 +90,8 @@ pub(super) fn load_buffers<'a>(
     root.buffers.iter().enumerate().map(load).collect()
 }
 
-fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, Reason> {
+/// The bytes of a data uri, or of a file in the folder of the scene.
+pub(super) fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, Reason> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data
             .split_once(',')

@@ -159,6 +159,9 @@ impl Default for EmissionScale {
 }
 
 impl EmissionScale {
+    /// Seen, and lights nothing.
+    pub const SEEN: Self = Self { invisible: 0.0, visible: 1.0 };
+
     /// The two halves of `rgb`.
     pub fn of(self, rgb: Vec3) -> Light {
         Light::new(self.invisible * rgb, self.visible * rgb)

@@ -57,9 +57,10 @@ pub(super) fn read(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<O
         return Err(format!("refers to vertex {index} of {count}; repair the mesh"));
     }
     let triangles = triangles(&indices)?;
-    let positions: Vec<_> = positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let positions: Vec<_> = positions.into_iter().map(DVec3::from_array).collect();
     let closure = Closure::of(&positions, &triangles);
-    let normals = normals.map(|normals| normals.into_iter().map(Vec3::from_array).collect());
+    let normals =
+        normals.map(|normals| normals.into_iter().map(|n| DVec3::from_array(n).as_vec3()).collect());
     Ok(Some(Geometry { positions, normals, triangles, closure }))
 }
 

@@ -1,8 +1,8 @@
 use super::Reason;
 use super::notes::label;
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DVec3};
 use gltf::json::Root;
-use gltf::json::scene::{Node, Scene};
+use gltf::json::scene::Node;
 
 /// A node where it stands in the world.
 pub(super) struct Placed<'a> {
@@ -39,12 +39,16 @@ impl Placed<'_> {
     }
 }
 
-/// All nodes of a scene, parents before children, siblings in the order of the file. Not recursive: the file may
-/// be deep, and it may hold a cycle.
-pub(super) fn place<'a>(root: &'a Root, scene: &Scene) -> Result<Vec<Placed<'a>>, Reason> {
+/// All nodes under `roots`, parents before children, siblings in the order of the file; `to_parent` is of each node of
+/// the file. Not recursive: the file may be deep, and it may hold a cycle.
+pub(super) fn place<'a>(
+    root: &'a Root,
+    to_parent: &[DAffine3],
+    roots: &[usize],
+) -> Result<Vec<Placed<'a>>, Reason> {
     let mut seen = vec![false; root.nodes.len()];
     let mut placed = Vec::new();
-    let mut pending: Vec<_> = scene.nodes.iter().rev().map(|n| (n.value(), DAffine3::IDENTITY)).collect();
+    let mut pending: Vec<_> = roots.iter().rev().map(|index| (*index, DAffine3::IDENTITY)).collect();
     while let Some((index, parent)) = pending.pop() {
         let node =
             root.nodes.get(index).ok_or_else(|| format!("node {index} does not exist; export it again"))?;
@@ -55,7 +59,7 @@ pub(super) fn place<'a>(root: &'a Root, scene: &Scene) -> Result<Vec<Placed<'a>>
                  remove it from one of its parents"
             ));
         }
-        let to_world = parent * local(node);
+        let to_world = parent * to_parent[index];
         if !to_world.is_finite() {
             return Err(format!("{name} has a transform that is not finite; give it one"));
         }
@@ -64,18 +68,4 @@ pub(super) fn place<'a>(root: &'a Root, scene: &Scene) -> Result<Vec<Placed<'a>>
         placed.push(Placed { index, node, to_world });
     }
     Ok(placed)
-}
-
-fn local(node: &Node) -> DAffine3 {
-    if let Some(matrix) = node.matrix {
-        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
-    }
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let rotation =
-        node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
-    DAffine3::from_scale_rotation_translation(
-        node.scale.map_or(DVec3::ONE, vector),
-        rotation,
-        node.translation.map_or(DVec3::ZERO, vector),
-    )
 }

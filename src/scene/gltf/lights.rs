@@ -9,22 +9,73 @@ use glam::{DVec3, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as Source, Spot, Type};
 use gltf::json::validation::Checked;
-use std::f32::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_PI_2, PI};
 
 /// What Blender's exporter multiplies watts by (its "Standard" lighting mode, the default), for lamps only.
 /// io_scene_gltf2/blender/com/conversion.py: PBR_WATTS_TO_LUMENS.
 const BLENDER_LUMENS_PER_WATT: f32 = 683.0;
 
-/// The punctual lights of the scene about `origin`, those that are on.
+/// The first version of the exporter that converts at all (October 2022, for Blender 3.4).
+const BLENDER_CONVERTS: [u32; 3] = [3, 4, 40];
+
+/// What the numbers of a file's lamps are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unit {
+    /// W sr⁻¹, and W m⁻² of parallel light.
+    Radiant,
+    /// Blender's: 683 times as many.
+    Lumens,
+    /// Blender's own: the watts of the whole lamp, also of a spot; W m⁻² of its sun.
+    Watts,
+}
+
+impl Unit {
+    /// By the program that wrote the file.
+    fn of(generator: Option<&str>) -> Self {
+        let blender = |name: &&str| name.contains("Blender I/O") || name.contains("Khronos Blender");
+        let Some(generator) = generator.filter(blender) else { return Self::Radiant };
+        let version = generator.split_once("Blender I/O v").map(|(_, version)| version);
+        let parts = version.into_iter().flat_map(|version| version.split(|c: char| !c.is_ascii_digit()));
+        // The oldest (2018) do not tell theirs, and convert nothing either.
+        let parts: Vec<u32> = parts.take(3).map_while(|part| part.parse().ok()).collect();
+        if parts[..] >= BLENDER_CONVERTS[..] { Self::Lumens } else { Self::Watts }
+    }
+
+    /// Brings a lamp to radiant units, and tells so.
+    fn convert(self, lamp: &mut Lamp<'_>, notes: &mut Notes) {
+        let directional = matches!(lamp.source.type_, Checked::Valid(Type::Directional));
+        match self {
+            Self::Radiant => {}
+            Self::Lumens => {
+                lamp.rgb /= BLENDER_LUMENS_PER_WATT;
+                notes.about(
+                    "Blender exported watts times 683 lm/W, undone for these lights \
+                     (if it was not its Standard lighting mode, set extras `emission` to [683, 683])",
+                    &lamp.name,
+                );
+            }
+            Self::Watts => {
+                lamp.rgb /= if directional { 1.0 } else { 4.0 * PI };
+                notes.about(
+                    "Blender before 3.4 exported its own watts (of a sun, W/m²), which these lights are read in",
+                    &lamp.name,
+                );
+            }
+        }
+    }
+}
+
+/// The punctual lights of the scene about `origin`, those that are on; `radius` (m) is that of the scene.
 pub(super) fn punctual(
     root: &Root,
     placed: &[Placed<'_>],
     origin: DVec3,
+    radius: f32,
     notes: &mut Notes,
 ) -> Result<Vec<Luminaire>, Reason> {
     let sources = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
     let sources = sources.map_or(&[][..], |lights| &lights.lights);
-    let blender = root.asset.generator.as_ref().is_some_and(|generator| generator.contains("Blender I/O"));
+    let unit = Unit::of(root.asset.generator.as_deref());
     let mut luminaires = Vec::new();
     for place in placed {
         let Some(light) = place.node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) else {
@@ -35,18 +86,17 @@ pub(super) fn punctual(
             .get(index)
             .ok_or_else(|| format!("{}: its light {index} does not exist; export it again", place.label()))?;
         let mut lamp = Lamp::new(source, index, place, notes)?;
-        if blender {
-            lamp.rgb /= BLENDER_LUMENS_PER_WATT;
-            notes.about(
-                "Blender exported watts times 683 lm/W, undone for these lights \
-                 (if it was not its Standard lighting mode, set extras `emission` to [683, 683])",
-                &lamp.name,
-            );
-        }
+        unit.convert(&mut lamp, notes);
         if source.range.is_some() {
             notes.about("the range of lights is ignored, light has none", &lamp.name);
         }
         let luminaire = lamp.luminaire((place.position() - origin).as_vec3())?;
+        if !luminaire.power(radius).total().is_finite() {
+            return Err(format!(
+                "{}: its power is more than single precision holds (3.4e38 W); give it less",
+                lamp.label
+            ));
+        }
         if luminaire.power(1.0).is_zero() {
             notes.about("lights without power were left out", &lamp.name);
         } else {
@@ -130,6 +180,26 @@ impl<'a> Lamp<'a> {
                 self.label
             ));
         }
-        Ok(SpotCone { cos_inner: inner.cos(), cos_outer: outer.cos().max(0.0) })
+        Ok(SpotCone::of_angles(inner, outer.min(FRAC_PI_2)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_of_lamps_follows_from_the_exporter_and_its_version() {
+        let unit = |generator: &str| Unit::of(Some(generator));
+        for new in ["v5.0.21", "v4.0.44", "v3.4.50", "v3.4.40", "v3.6.27 with hand edits", "v10.0.0", "v3.10"]
+        {
+            assert_eq!(unit(&format!("Khronos glTF Blender I/O {new}")), Unit::Lumens, "{new}");
+        }
+        for old in ["v1.6.16", "v3.3.32", "v3.4.39", "v0.9.36", "v1", ""] {
+            assert_eq!(unit(&format!("Khronos glTF Blender I/O {old}")), Unit::Watts, "{old}");
+        }
+        assert_eq!(unit("Khronos Blender glTF 2.0 exporter"), Unit::Watts);
+        assert_eq!(unit("glTF-Transform v3.0.4, and Blender 3.3"), Unit::Radiant);
+        assert_eq!(Unit::of(None), Unit::Radiant);
     }
 }

@@ -1,8 +1,11 @@
 //! glTF materials to lobes with shares. What we cannot show yet is told, never silently dropped.
 
 use super::Reason;
-use super::extras::{Extras, Place};
+use super::extensions::{Standing, numeric_extent, standing};
+use super::extras::{EmissionScale, Extras, Place};
+use super::image::Images;
 use super::notes::{Notes, label};
+use super::stand_in::{Factors, factors};
 use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
 use crate::scene::assembly::Closure;
 use crate::scene::{Backs, Emission, Material};
@@ -23,6 +26,7 @@ const SMALL_HOLES: f64 = 1.0 / 16.0;
 /// Makes the materials that surfaces ask for, each once per kind of body it covers.
 pub(super) struct Materials<'a> {
     root: &'a Root,
+    images: Images<'a>,
     default: Source,
     made: HashMap<(Option<usize>, bool), u32>,
     coated: BTreeSet<Option<usize>>,
@@ -42,7 +46,7 @@ pub(super) struct Wanted<'a> {
 
 impl<'a> Materials<'a> {
     /// None made yet. Reads the extras of all, so that a mistake is told even where no surface uses it.
-    pub fn new(root: &'a Root, notes: &mut Notes) -> Result<Self, Reason> {
+    pub fn new(root: &'a Root, images: Images<'a>, notes: &mut Notes) -> Result<Self, Reason> {
         for (index, source) in root.materials.iter().enumerate() {
             let name = label("material", index, source.name.as_deref());
             let extras = Extras::new(&source.extras, name, Place::Material, notes);
@@ -54,6 +58,7 @@ impl<'a> Materials<'a> {
         }
         Ok(Self {
             root,
+            images,
             default: Source::default(),
             made: HashMap::new(),
             coated: BTreeSet::new(),
@@ -103,8 +108,8 @@ impl<'a> Materials<'a> {
 }
 
 /// One source material with its numbers checked.
-struct Reader<'a> {
-    source: &'a Source,
+struct Reader {
+    source: Source,
     extensions: extension::Material,
     name: String,
     label: String,
@@ -112,13 +117,18 @@ struct Reader<'a> {
     colour: Vec3,
     metallic: f32,
     roughness: f32,
+    /// Share of all light, that of metal taken off.
     transmission: f32,
+    /// What shines, before extras.
+    emitted: Vec3,
+    /// It shows its colour, whatever light falls on it.
+    unlit: bool,
     ior: f32,
     thin: Option<bool>,
 }
 
-impl<'a> Reader<'a> {
-    fn new(materials: &'a Materials<'_>, index: Option<usize>, notes: &mut Notes) -> Result<Self, Reason> {
+impl Reader {
+    fn new(materials: &mut Materials<'_>, index: Option<usize>, notes: &mut Notes) -> Result<Self, Reason> {
         let source = match index {
             None => &materials.default,
             Some(i) => materials
@@ -132,33 +142,25 @@ impl<'a> Reader<'a> {
             (_, Some(i)) => (format!("material {i}"), label("material", i, None)),
             (_, None) => ("default".to_owned(), "the default material".to_owned()),
         };
-        let pbr = &source.pbr_metallic_roughness;
         let extensions = source.extensions.clone().unwrap_or_default();
-        let share = |what: &str, value: f32| {
-            if (0.0..=1.0).contains(&value) {
-                Ok(value)
-            } else {
-                Err(format!("{label}: {what} is {value}; it goes from 0 to 1"))
-            }
-        };
-        let [r, g, b, _] = pbr.base_color_factor.0;
-        for component in [r, g, b] {
-            share("baseColorFactor", component)?;
-        }
-        let transmission = extensions.transmission.as_ref().map_or(0.0, |t| t.transmission_factor.0);
+        let Factors { colour, metallic, roughness, transmission, emitted } =
+            factors(source, &mut materials.images, &name, &label, notes)?;
         let ior = extensions.ior.as_ref().map_or(1.5, |i| i.ior.0);
         if transmission > 0.0 && !(ior > 0.0 && ior.is_finite()) {
             return Err(format!("{label}: ior is {ior}; give glass a refractive index above 0, such as 1.5"));
         }
+        let unlit = extensions.unlit.is_some();
         let extras = Extras::new(&source.extras, label.clone(), Place::Material, notes);
         Ok(Self {
-            metallic: share("metallicFactor", pbr.metallic_factor.0)?,
-            roughness: share("roughnessFactor", pbr.roughness_factor.0)?,
-            transmission: share("transmissionFactor", transmission)? * (1.0 - pbr.metallic_factor.0),
-            colour: Vec3::new(r, g, b),
+            metallic,
+            roughness,
+            transmission: if unlit { 0.0 } else { transmission * (1.0 - metallic) },
+            colour,
+            emitted,
+            unlit,
             thin: extras.thin()?,
             ior,
-            source,
+            source: source.clone(),
             extensions,
             name,
             label,
@@ -181,11 +183,9 @@ impl<'a> Reader<'a> {
         } else {
             Lobe::ThinDielectric(ThinDielectric { ior, tint })
         };
-        let shares = [
-            (self.metallic, metal),
-            (self.transmission, glass),
-            (1.0 - self.metallic - self.transmission, diffuse),
-        ];
+        let shares = if self.unlit { [0.0; 3] } else { self.shares() };
+        let [of_metal, of_glass, of_body] = shares;
+        let shares = [(of_metal, metal), (of_glass, glass), (of_body, diffuse)];
         let mut lobes: Vec<(f32, Lobe)> = Vec::new();
         for (share, lobe) in shares.into_iter().filter(|(share, _)| *share > 0.0) {
             match lobes.iter_mut().find(|(_, known)| *known == lobe) {
@@ -208,22 +208,22 @@ impl<'a> Reader<'a> {
         })
     }
 
+    /// Of metal, of glass and of the diffuse body under it.
+    fn shares(&self) -> [f32; 3] {
+        [self.metallic, self.transmission, 1.0 - self.metallic - self.transmission]
+    }
+
+    /// An unlit surface is seen and lights nothing, unless extras say otherwise.
     fn emission(&self, notes: &mut Notes) -> Result<Option<Emission>, Reason> {
-        let strength = self.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength.0);
-        let colour = strength * Vec3::from_array(self.source.emissive_factor.0);
-        if !colour.is_finite() || colour.min_element() < 0.0 {
-            return Err(format!(
-                "{}: its emission {colour} is negative or not finite; correct it",
-                self.label
-            ));
-        }
+        let colour = if self.unlit { self.colour } else { self.emitted };
         if colour == Vec3::ZERO {
             if self.extras.has_emission() {
                 notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
             }
             return Ok(None);
         }
-        let radiance = self.extras.emission()?.unwrap_or_default().of(colour);
+        let usual = if self.unlit { EmissionScale::SEEN } else { EmissionScale::default() };
+        let radiance = self.extras.emission()?.unwrap_or(usual).of(colour);
         if !radiance.is_finite() {
             return Err(format!("{}: its emission times extras `emission` is not finite", self.label));
         }
@@ -236,68 +236,51 @@ impl<'a> Reader<'a> {
         let specular = self.extensions.specular.as_ref();
         let strength = specular.map_or(1.0, |s| s.specular_factor.0);
         let tinted_out = specular.is_some_and(|s| s.specular_color_factor.0 == [0.0; 3]);
-        self.metallic + self.transmission < 1.0 && self.ior != 1.0 && strength != 0.0 && !tinted_out
+        let body = !self.unlit && self.metallic + self.transmission < 1.0;
+        body && self.ior != 1.0 && strength != 0.0 && !tinted_out
     }
 
     fn report(&self, notes: &mut Notes) {
-        let (source, pbr, more) = (self.source, &self.source.pbr_metallic_roughness, &self.extensions);
-        let transmission = more.transmission.as_ref();
-        let specular = more.specular.as_ref();
-        let volume = more.volume.as_ref();
-        let coloured = volume.is_some_and(|v| {
-            self.transmission > 0.0
-                && v.thickness_factor.0 > 0.0
-                && v.attenuation_distance.0.is_finite()
-                && v.attenuation_color.0 != [1.0; 3]
-        });
+        let (source, more) = (&self.source, &self.extensions);
         let alpha = matches!(source.alpha_mode, Checked::Valid(AlphaMode::Mask | AlphaMode::Blend));
         let smooth = self.roughness <= SMOOTH;
-        let coat =
-            specular.is_some_and(|s| s.specular_texture.is_some() || s.specular_color_texture.is_some());
         let facts = [
-            (pbr.base_color_texture.is_some(), "base colour textures are not supported yet"),
-            (pbr.metallic_roughness_texture.is_some(), "metallic-roughness textures are not supported yet"),
             (source.normal_texture.is_some(), "normal textures are not supported yet"),
-            (source.emissive_texture.is_some(), "emissive textures are not supported yet"),
-            (
-                transmission.is_some_and(|t| t.transmission_texture.is_some()),
-                "transmission textures are not supported yet",
-            ),
-            (coat, "specular textures are not supported yet"),
+            (self.has_coat_texture(), "specular textures are not supported yet"),
             (self.metallic > 0.0 && !smooth, "rough metal is not supported yet, it is seen as diffuse"),
             (self.transmission > 0.0 && !smooth, "rough glass is not supported yet, it is seen as smooth"),
-            (coloured, "KHR_materials_volume (light absorbed on its way through) is not supported yet"),
-            (alpha, "alpha is not supported, the surface is opaque"),
-            (more.unlit.is_some(), "KHR_materials_unlit is not supported, the surface is lit"),
+            (self.absorbs(), "KHR_materials_volume (light absorbed on its way through) is not supported yet"),
         ];
-        for (_, fact) in facts.iter().filter(|(holds, _)| *holds) {
+        for (_, fact) in facts.iter().filter(|(holds, _)| *holds && !self.unlit) {
             notes.about(fact, &self.name);
         }
+        if alpha {
+            notes.about("alpha is not supported, the surface is opaque", &self.name);
+        }
         for (extension, value) in &more.others {
-            let factor = UNTYPED.iter().find(|(known, _)| known == extension).map(|(_, factor)| *factor);
-            let off = factor.is_some_and(|key| value.get(key).map_or(0.0, numeric_extent) == 0.0);
-            if !off {
+            let off = match standing(extension) {
+                Some(Standing::Fine) => true,
+                Some(Standing::Factor(key)) => value.get(key).map_or(0.0, numeric_extent) == 0.0,
+                _ => false,
+            };
+            if !off && !self.unlit {
                 notes.about(&format!("{extension} is not supported yet"), &self.name);
             }
         }
     }
-}
 
-/// Material extensions that are not read, with the factor that turns each off at 0, which is its default. Any
-/// other extension is taken to change the picture.
-const UNTYPED: &[(&str, &str)] = &[
-    ("KHR_materials_clearcoat", "clearcoatFactor"),
-    ("KHR_materials_sheen", "sheenColorFactor"),
-    ("KHR_materials_anisotropy", "anisotropyStrength"),
-    ("KHR_materials_iridescence", "iridescenceFactor"),
-    ("KHR_materials_dispersion", "dispersion"),
-    ("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
-];
+    fn has_coat_texture(&self) -> bool {
+        let specular = self.extensions.specular.as_ref();
+        specular.is_some_and(|s| s.specular_texture.is_some() || s.specular_color_texture.is_some())
+    }
 
-/// The largest absolute value of a number or of the numbers in an array.
-fn numeric_extent(value: &serde_json::Value) -> f64 {
-    match value {
-        serde_json::Value::Array(values) => values.iter().map(numeric_extent).fold(0.0, f64::max),
-        _ => value.as_f64().unwrap_or(0.0).abs(),
+    /// True for glass that takes light on its way through.
+    fn absorbs(&self) -> bool {
+        self.extensions.volume.as_ref().is_some_and(|v| {
+            self.transmission > 0.0
+                && v.thickness_factor.0 > 0.0
+                && v.attenuation_distance.0.is_finite()
+                && v.attenuation_color.0 != [1.0; 3]
+        })
     }
 }

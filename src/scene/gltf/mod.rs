@@ -6,71 +6,66 @@
 mod accessor;
 mod camera;
 mod container;
+mod document;
+mod extensions;
 mod extras;
 mod geometry;
 mod graph;
+mod image;
 mod lights;
 mod material;
 mod notes;
+mod skin;
+mod stage;
+mod stand_in;
 
-use super::Scene;
-use super::assembly::{Piece, assemble};
+use super::assembly::{Assembly, Piece, assemble};
+use super::{Choice, Luminaire, Material, Scene};
 use crate::error::Error;
 use accessor::Accessors;
+use document::Document;
+use extensions::standing;
 use extras::{Extras, Place};
 use geometry::Geometry;
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use gltf::json::Root;
+use gltf::json::mesh::Primitive;
 use graph::Placed;
+use image::Images;
 use material::{Materials, Wanted};
 use notes::{Notes, label, one_line};
-use std::collections::HashMap;
+use skin::Posed;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 /// What is wrong and the way out; the file's name goes before it.
 type Reason = String;
 
-/// Extensions that do not change the picture we make, or that are reported by who uses them.
-const QUIET: &[&str] = &[
-    "KHR_animation_pointer",
-    "KHR_lights_punctual",
-    "KHR_materials_variants",
-    "KHR_mesh_quantization",
-    "KHR_texture_basisu",
-    "KHR_texture_transform",
-    "KHR_xmp",
-    "KHR_xmp_json_ld",
-    "EXT_texture_avif",
-    "EXT_texture_webp",
-];
-
-pub(super) fn load(path: &Path) -> crate::error::Result<Scene> {
+pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Scene> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
-    read(&bytes, folder, &name).map_err(|reason| Error::scene(one_line(&name), one_line(&reason)))
+    read(&bytes, folder, &name, choice).map_err(|reason| Error::scene(one_line(&name), one_line(&reason)))
 }
 
-fn read(bytes: &[u8], folder: &Path, name: &str) -> Result<Scene, Reason> {
-    let (root, chunk) = container::split(bytes)?;
+fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Scene, Reason> {
+    let (json, chunk) = container::split(bytes)?;
+    let Document { root, to_parent, animated } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
     let accessors = Accessors { root: &root, buffers: &buffers };
     let mut notes = Notes::default();
 
-    let index = root.scene.map_or(0, |scene| scene.value());
-    let source = root.scenes.get(index).ok_or(match root.scene {
-        Some(_) => "its default scene does not exist; export it again",
-        None => "has no scene; put the objects into one and export it again",
-    })?;
-    let extras =
-        Extras::new(&source.extras, label("scene", index, source.name.as_deref()), Place::Scene, &mut notes);
-    let illumination = extras.illumination()?;
-    let placed = graph::place(&root, source)?;
+    let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
+    let illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
+    let placed = graph::place(&root, &to_parent, &stage.roots)?;
+    if animated {
+        notes.line("animations are not supported; the scene is seen at rest".into());
+    }
     report(&root, &placed, &mut notes);
 
-    let mut materials = Materials::new(&root, &mut notes)?;
+    let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
     let pieces = pieces(&accessors, &placed, &mut materials, &mut notes)?;
-    let assembly = assemble(pieces, camera::eye(&root, &placed))?;
+    let assembly = assemble(pieces, camera::eye(&root, &placed, choice.camera.as_deref()))?;
     assembly.rounded.iter().for_each(|note| notes.line(note.clone()));
     let materials = materials.finish(&mut notes);
     match assembly.without_area {
@@ -84,12 +79,9 @@ fn read(bytes: &[u8], folder: &Path, name: &str) -> Result<Scene, Reason> {
     if assembly.mesh.triangles.is_empty() {
         return Err("has no triangles; add a mesh to the scene".into());
     }
-    let mut luminaires = assembly.luminaires(&materials);
-    luminaires.extend(lights::punctual(&root, &placed, assembly.origin, &mut notes)?);
-    if luminaires.is_empty() {
-        return Err("nothing emits light; add a lamp, or a material with an emissive colour".into());
-    }
-    let camera = camera::choose(&root, &placed, assembly.origin, &assembly.mesh, &mut notes)?;
+    let luminaires = luminaires(&root, &placed, &assembly, &materials, &mut notes)?;
+    let wanted = choice.camera.as_deref();
+    let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
     Ok(Scene {
         name: name.to_owned(),
         mesh: assembly.mesh,
@@ -103,6 +95,53 @@ fn read(bytes: &[u8], folder: &Path, name: &str) -> Result<Scene, Reason> {
     })
 }
 
+/// All that shines: at least one.
+fn luminaires(
+    root: &Root,
+    placed: &[Placed<'_>],
+    assembly: &Assembly,
+    materials: &[Material],
+    notes: &mut Notes,
+) -> Result<Vec<Luminaire>, Reason> {
+    let mut luminaires = assembly.luminaires(materials);
+    for luminaire in &luminaires {
+        let Luminaire::Triangle { triangle, .. } = luminaire else { continue };
+        if !luminaire.power(1.0).total().is_finite() {
+            let surface = &assembly.surfaces[assembly.mesh.surface[*triangle as usize] as usize];
+            return Err(format!(
+                "`{}` shines with more power than single precision holds (3.4e38 W); give it less",
+                surface.name
+            ));
+        }
+    }
+    let (min, max) = assembly.mesh.bounds();
+    let radius = 0.5 * min.distance(max);
+    luminaires.extend(lights::punctual(root, placed, assembly.origin, radius, notes)?);
+    if luminaires.is_empty() {
+        return Err(no_light(root, notes));
+    }
+    let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != glam::Vec3::ZERO;
+    if !luminaires.iter().any(lights) && materials.iter().any(|material| !material.lobes.is_empty()) {
+        notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
+    }
+    Ok(luminaires)
+}
+
+/// That nothing emits light, what else was lost on the way, and the way out.
+fn no_light(root: &Root, notes: &mut Notes) -> Reason {
+    let mut reason = "nothing emits light; add a lamp, or a material with an emissive colour".to_owned();
+    if root.asset.generator.as_ref().is_some_and(|generator| generator.contains("Blender")) {
+        reason += ". Blender never exports area lights and the World, and its other lamps, cameras and custom \
+                   properties only where Include > Punctual Lights, Cameras and Custom Properties are ticked in its \
+                   export dialog (docs/blender.md)";
+    }
+    let others = std::mem::take(notes).finish();
+    if !others.is_empty() {
+        reason += &format!(". Besides: {}", others.join("; "));
+    }
+    reason
+}
+
 /// One piece per primitive under each node.
 fn pieces(
     accessors: &Accessors<'_>,
@@ -110,6 +149,8 @@ fn pieces(
     materials: &mut Materials<'_>,
     notes: &mut Notes,
 ) -> Result<Vec<Piece>, Reason> {
+    let skinned = placed.iter().any(|place| place.node.skin.is_some());
+    let places = placed.iter().filter(|_| skinned).map(|place| (place.index, place.to_world)).collect();
     let mut read: HashMap<(usize, usize), Option<Geometry>> = HashMap::new();
     let mut pieces = Vec::new();
     for place in placed {
@@ -130,51 +171,65 @@ fn pieces(
                 continue;
             };
             let name = place.name();
+            let posed = pose(accessors, primitive, geometry, place, &places, notes)
+                .map_err(|what| format!("{mesh_label}: {what}"))?;
             let material = primitive.material.map(|material| material.value());
             let wanted = Wanted { material, closure: geometry.closure, surface: &name };
             let material = materials.index(wanted, notes)?;
-            pieces.push(instance(geometry, place, name, material));
+            pieces.push(piece(geometry, posed, name, material));
         }
     }
     Ok(pieces)
 }
 
-fn instance(geometry: &Geometry, place: &Placed<'_>, name: String, material: u32) -> Piece {
+/// A primitive where its joints or its node put it.
+fn pose(
+    accessors: &Accessors<'_>,
+    primitive: &Primitive,
+    geometry: &Geometry,
+    place: &Placed<'_>,
+    places: &HashMap<usize, DAffine3>,
+    notes: &mut Notes,
+) -> Result<Posed, Reason> {
+    if let Some(skin) = place.node.skin {
+        match skin::pose(accessors, primitive, geometry, skin.value(), places)? {
+            Some(posed) => return Ok(posed),
+            None => {
+                notes.about("the joints of its skin are not to be found, it is seen unposed", &place.name())
+            }
+        }
+    }
     let linear = place.to_world.matrix3;
-    let mirrored = linear.determinant() < 0.0;
-    // det · M⁻ᵀ, which exists where the inverse does not; its sign is given back so that the outside stays outside.
-    let sign = if mirrored { -1.0 } else { 1.0 };
-    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-    let (nx, ny, nz) = (sign * y.cross(z), sign * z.cross(x), sign * x.cross(y));
-    let turn = |n: &Vec3| {
-        let n = n.as_dvec3();
-        (n.x * nx + n.y * ny + n.z * nz).normalize_or_zero().as_vec3()
-    };
+    let normals = geometry.normals.as_ref();
+    Ok(Posed {
+        positions: geometry.positions.iter().map(|p: &DVec3| place.to_world.transform_point3(*p)).collect(),
+        normals: normals.map(|normals| normals.iter().map(|n| skin::turn_normal(linear, *n)).collect()),
+        mirrored: linear.determinant() < 0.0,
+    })
+}
+
+fn piece(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Piece {
     let triangles = geometry.triangles.iter();
     Piece {
         name,
         material,
-        positions: geometry.positions.iter().map(|p: &DVec3| place.to_world.transform_point3(*p)).collect(),
-        normals: geometry.normals.as_ref().map(|normals| normals.iter().map(turn).collect()),
-        triangles: triangles.map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect(),
+        positions: posed.positions,
+        normals: posed.normals,
+        triangles: triangles.map(|&[a, b, c]| if posed.mirrored { [a, c, b] } else { [a, b, c] }).collect(),
         closed: geometry.closure.closed,
     }
 }
 
 /// Tells what is in the file and changes the picture, but is not read.
 fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
-    if !root.animations.is_empty() {
-        notes.line("animations are not supported; the scene is seen at rest".into());
-    }
+    let mut told = HashSet::new();
     for place in placed {
         let node = place.node;
         if node.extensions.as_ref().is_none_or(|e| e.khr_lights_punctual.is_none()) {
             Extras::new(&node.extras, place.label(), Place::Elsewhere, notes);
         }
-        if node.skin.is_some() {
-            notes.about("skins are not supported, the mesh is seen unposed", &place.name());
-        }
         for (name, _) in node.extensions.iter().flat_map(|e| &e.others) {
+            told.insert(name.as_str());
             notes.about(&format!("{name} is not supported"), &place.name());
         }
         let Some(mesh) = node.mesh.and_then(|mesh| root.meshes.get(mesh.value())) else { continue };
@@ -191,12 +246,8 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
             notes.about("vertex colours are not supported yet", &place.name());
         }
     }
-    let told = |name: &str| name.starts_with("KHR_materials_") || placed.iter().any(|p| uses(p, name));
-    for name in root.extensions_used.iter().filter(|name| !QUIET.contains(&name.as_str()) && !told(name)) {
+    let all: BTreeSet<&String> = root.extensions_used.iter().chain(&root.extensions_required).collect();
+    for name in all.into_iter().filter(|name| standing(name).is_none() && !told.contains(name.as_str())) {
         notes.line(format!("the glTF extension {name} is not supported and passed over"));
     }
-}
-
-fn uses(place: &Placed<'_>, extension: &str) -> bool {
-    place.node.extensions.as_ref().is_some_and(|e| e.others.contains_key(extension))
 }

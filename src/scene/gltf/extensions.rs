@@ -1,0 +1,97 @@
+//! Which glTF extensions are read, and what becomes of the others. One table: whether a file only uses an extension or
+//! requires it, the same is told.
+
+use super::Reason;
+use serde_json::Value;
+
+/// What becomes of an extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// It is read, or it has no part in a picture.
+    Fine,
+    /// Told of each thing that uses it.
+    ToldWhereUsed,
+    /// Told of each material that uses it, unless this factor is 0, its default.
+    Factor(&'static str),
+    /// Its geometry cannot be read.
+    Packed,
+}
+
+use Standing::{Factor, Fine, Packed, ToldWhereUsed};
+
+const KNOWN: &[(&str, Standing)] = &[
+    ("KHR_lights_punctual", Fine),
+    ("KHR_materials_emissive_strength", Fine),
+    ("KHR_materials_ior", Fine),
+    ("KHR_materials_specular", Fine),
+    ("KHR_materials_transmission", Fine),
+    ("KHR_materials_unlit", Fine),
+    ("KHR_materials_volume", Fine),
+    ("KHR_mesh_quantization", Fine),
+    ("KHR_texture_transform", Fine),
+    ("EXT_texture_webp", Fine),
+    ("FB_ngon_encoding", Fine),
+    ("KHR_animation_pointer", Fine),
+    ("KHR_materials_variants", Fine),
+    ("KHR_xmp", Fine),
+    ("KHR_xmp_json_ld", Fine),
+    ("EXT_mesh_gpu_instancing", ToldWhereUsed),
+    ("EXT_texture_avif", ToldWhereUsed),
+    ("KHR_materials_pbrSpecularGlossiness", ToldWhereUsed),
+    ("KHR_texture_basisu", ToldWhereUsed),
+    ("MSFT_texture_dds", ToldWhereUsed),
+    ("KHR_materials_clearcoat", Factor("clearcoatFactor")),
+    ("KHR_materials_sheen", Factor("sheenColorFactor")),
+    ("KHR_materials_anisotropy", Factor("anisotropyStrength")),
+    ("KHR_materials_iridescence", Factor("iridescenceFactor")),
+    ("KHR_materials_dispersion", Factor("dispersion")),
+    ("KHR_materials_diffuse_transmission", Factor("diffuseTransmissionFactor")),
+    (DRACO, Packed),
+    ("EXT_meshopt_compression", Packed),
+    ("KHR_meshopt_compression", Packed),
+];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// What becomes of an extension; None: nobody here knows it.
+pub(super) fn standing(name: &str) -> Option<Standing> {
+    match KNOWN.iter().find(|(known, _)| *known == name) {
+        Some((_, standing)) => Some(*standing),
+        None if name.starts_with("KHR_materials_") => Some(ToldWhereUsed),
+        None => None,
+    }
+}
+
+/// Refuses a file whose geometry lies in a packing that cannot be undone. Where the file carries the plain numbers
+/// too, for readers without the extension, those are read.
+pub(super) fn check_packing(json: &Value) -> Result<(), Reason> {
+    let required = json["extensionsRequired"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let required: Vec<&str> = required.filter(|name| standing(name) == Some(Packed)).collect();
+    let views = || things(&json["bufferViews"]);
+    let primitives = || things(&json["meshes"]).flat_map(|mesh| things(&mesh["primitives"]));
+    let packs = |thing: &Value, name: &str| thing["extensions"].get(name).is_some();
+    let without_data = |primitive: &Value| {
+        let accessor = primitive["attributes"]["POSITION"].as_u64().and_then(|i| usize::try_from(i).ok());
+        accessor.is_some_and(|i| json["accessors"][i].get("bufferView").is_none())
+    };
+    let packed = required.iter().find(|name| views().chain(primitives()).any(|thing| packs(thing, name)));
+    let draco = primitives().any(|primitive| packs(primitive, DRACO) && without_data(primitive));
+    match packed.copied().or(draco.then_some(DRACO)) {
+        Some(name) => Err(format!(
+            "its geometry is packed by {name}, which cannot be read yet; export it without compression"
+        )),
+        None => Ok(()),
+    }
+}
+
+fn things(list: &Value) -> impl Iterator<Item = &Value> {
+    list.as_array().into_iter().flatten()
+}
+
+/// The largest absolute value of a number or of the numbers in an array.
+pub(super) fn numeric_extent(value: &Value) -> f64 {
+    match value {
+        Value::Array(values) => values.iter().map(numeric_extent).fold(0.0, f64::max),
+        _ => value.as_f64().unwrap_or(0.0).abs(),
+    }
+}
