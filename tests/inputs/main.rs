@@ -3,7 +3,10 @@
 mod builtin;
 mod damage;
 mod files;
+mod images;
+mod loose;
 mod noise;
 mod right;
 mod small;
+mod unlit;
 mod wrong;

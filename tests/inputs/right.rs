@@ -4,7 +4,7 @@ use crate::small::Small;
 use glam::{DVec3, Vec3};
 use halflight::light::Light;
 use halflight::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
-use halflight::scene::{Illumination, Luminaire, Projection, Scene};
+use halflight::scene::{Illumination, Luminaire, Projection, Scene, SpotCone};
 use serde_json::{Value, json};
 
 const LIGHT: &str = "/extensions/KHR_lights_punctual/lights/0";
@@ -178,7 +178,7 @@ fn punctual_lights_of_every_kind() {
     let spot =
         down.clone().with(&format!("{LIGHT}/type"), json!("spot")).with(&format!("{LIGHT}/spot"), cone);
     let Luminaire::Spot { cone, direction, .. } = only(spot.clone()) else { panic!("no spot") };
-    assert!((cone.cos_inner - 0.25_f32.cos()).abs() < 1e-6 && (cone.cos_outer - 0.5_f32.cos()).abs() < 1e-6);
+    assert_eq!(cone, SpotCone::of_angles(0.25, 0.5));
     assert!((direction - Vec3::NEG_Y).length() < 1e-6);
 
     let warn = spot.with("/nodes/2/extras", json!({ "warn": [2, 0, 0.5, 1], "emission": "invisible" }));
@@ -210,6 +210,28 @@ fn blenders_lumens_become_watts_again() {
 }
 
 #[test]
+fn blenders_watts_from_before_it_converted_are_watts() {
+    let old = |kind: &str| {
+        let small = Small::new().with("/asset/generator", json!("Khronos glTF Blender I/O v1.6.16"));
+        let cone = json!({ "innerConeAngle": 0.25, "outerConeAngle": 0.5 });
+        let small = small.with(&format!("{LIGHT}/type"), json!(kind)).with(&format!("{LIGHT}/spot"), cone);
+        small.with(&format!("{LIGHT}/intensity"), json!(3)).good()
+    };
+    let lamp = 3.0 / (4.0 * std::f32::consts::PI);
+    for (kind, expected) in [("point", lamp), ("spot", lamp), ("directional", 3.0)] {
+        let scene = old(kind);
+        let (Luminaire::Point { intensity: light, .. }
+        | Luminaire::Spot { intensity: light, .. }
+        | Luminaire::Directional { irradiance: light, .. }) = scene.luminaires[0]
+        else {
+            panic!("no {kind}")
+        };
+        assert!((light.visible - Vec3::splat(expected)).length() < 1e-6, "{kind}: {}", light.visible);
+        assert!(note(&scene, "Blender before 3.4") && note(&scene, "Lux"));
+    }
+}
+
+#[test]
 fn cameras_are_found_and_named() {
     let orthographic = json!({ "name": "Lens", "type": "orthographic", "orthographic": { "xmag": 3, "ymag": 2, "znear": 0, "zfar": 9 } });
     let scene = Small::new().with("/cameras/0", orthographic).good();
@@ -227,15 +249,15 @@ fn cameras_are_found_and_named() {
 fn what_is_not_supported_is_told_once_by_name() {
     let texture = json!({ "index": 0 });
     let scene = Small::new()
-        .with("/animations", json!([]))
+        .with("/animations", json!([{}]))
         .with("/textures", json!([{}]))
         .with("/extensionsUsed", json!(["EXT_lights_image_based", "KHR_materials_clearcoat", "KHR_texture_basisu"]))
         .with("/nodes/0/extensions", json!({ "EXT_mesh_gpu_instancing": {} }))
         .with("/nodes/1/extras", json!({ "illumination": "local" }))
         .with("/materials/0", json!({ "name": "Skin", "alphaMode": "BLEND", "normalTexture": texture,
-            "emissiveTexture": texture, "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": texture },
+            "emissiveTexture": texture, "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": texture },
             "extras": { "ilumination": "local", "mine": 1 },
-            "extensions": { "KHR_materials_unlit": {}, "KHR_materials_clearcoat": { "clearcoatFactor": 0.5 },
+            "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 0.5 },
                 "KHR_materials_sheen": { "sheenColorFactor": [0, 0, 0] },
                 "KHR_materials_iridescence": { "iridescenceFactor": 1 } } }))
         .good();
@@ -245,7 +267,7 @@ fn what_is_not_supported_is_told_once_by_name() {
         "normal textures",
         "emissive textures",
         "base colour textures",
-        "KHR_materials_unlit",
+        "animations are not supported",
         "KHR_materials_clearcoat is not supported yet: Skin",
         "KHR_materials_iridescence",
         "EXT_mesh_gpu_instancing is not supported: Body",

@@ -75,14 +75,6 @@ fn documents_without_what_a_picture_needs() {
 }
 
 #[test]
-fn required_extensions_that_are_not_supported() {
-    let required = Small::new().with("/extensionsRequired", json!(["KHR_lights_punctual", "KHR_draco_x"]));
-    expect(required, &["KHR_draco_x", "without it"]);
-    let ok = Small::new().with("/extensionsRequired", json!(["KHR_materials_ior", "KHR_texture_transform"]));
-    assert!(ok.load().is_ok());
-}
-
-#[test]
 fn damaged_geometry() {
     let small = Small::new;
     expect(small().with_float(4, f32::NAN), &["mesh `Tetra`", "finite", "vertex 1"]);

@@ -18,6 +18,9 @@ const BLENDER_LUMENS_PER_WATT: f32 = 683.0;
 /// The first version of the exporter that converts at all (October 2022, for Blender 3.4).
 const BLENDER_CONVERTS: [u32; 3] = [3, 4, 40];
 
+/// Half-angle (rad) of a beam that is thinner than a pixel of most pictures.
+const THIN: f32 = 1e-3;
+
 /// What the numbers of a file's lamps are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Unit {
@@ -87,6 +90,12 @@ pub(super) fn punctual(
             .ok_or_else(|| format!("{}: its light {index} does not exist; export it again", place.label()))?;
         let mut lamp = Lamp::new(source, index, place, notes)?;
         unit.convert(&mut lamp, notes);
+        if source.spot.as_ref().is_some_and(|spot| spot.outer_cone_angle < THIN) {
+            notes.about(
+                "spots that light less than a pixel, which connections hardly ever meet; --direct photons shows them",
+                &lamp.name,
+            );
+        }
         if source.range.is_some() {
             notes.about("the range of lights is ignored, light has none", &lamp.name);
         }

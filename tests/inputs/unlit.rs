@@ -1,0 +1,77 @@
+//! KHR_materials_unlit: seen as it is, lights nothing.
+
+use crate::small::Small;
+use glam::Vec3;
+use halflight::film::Layer;
+use halflight::light::Light;
+use halflight::plan::{Method, Settings};
+use halflight::render::Render;
+use halflight::scene::{Illumination, Scene};
+use serde_json::{Value, json};
+
+const COLOUR: Vec3 = Vec3::new(0.75, 0.25, 0.125);
+
+fn poster(extras: Value) -> Small {
+    let material = json!({ "name": "Poster", "extras": extras, "emissiveFactor": [9, 9, 9],
+        "pbrMetallicRoughness": { "baseColorFactor": [0.75, 0.25, 0.125, 1], "metallicFactor": 0.5 },
+        "extensions": { "KHR_materials_unlit": {} } });
+    Small::new().with("/materials/0", material)
+}
+
+fn picture(mut scene: Scene, method: Method, illumination: Illumination) -> Vec<Vec3> {
+    scene.illuminate(Some(illumination), &[]).unwrap();
+    let settings = Settings { method, paths: Some(20_000), ..Settings::for_film(24, 24) };
+    let mut render = Render::new(scene, settings, &[]).unwrap();
+    while render.film().passes() < 2 {
+        render.pass();
+    }
+    render.film().mean(Layer::Visible)
+}
+
+#[test]
+fn an_unlit_surface_emits_visible_light_alone_unless_told() {
+    let radiance = |extras: Value| poster(extras).good().materials[0].emission.unwrap().radiance;
+    assert_eq!(radiance(json!({})), Light::new(Vec3::ZERO, COLOUR));
+    assert_eq!(radiance(json!({ "emission": "both" })), Light::both(COLOUR));
+    assert_eq!(radiance(json!({ "emission": [2, 0] })), Light::new(2.0 * COLOUR, Vec3::ZERO));
+    let scene = poster(json!({})).good();
+    assert!(scene.materials[0].lobes.is_empty() && scene.notes.is_empty(), "{:?}", scene.notes);
+}
+
+#[test]
+fn a_scene_of_unlit_surfaces_alone_is_a_picture() {
+    let alone = || {
+        let small = poster(json!({})).with("/nodes/2/extensions", Value::Null);
+        small.with("/scenes/0/nodes", json!([0, 2, 3])).good()
+    };
+    assert!(alone().notes.is_empty(), "{:?}", alone().notes);
+    for method in [Method::Photon, Method::Path, Method::PathPlain] {
+        for illumination in [Illumination::GLOBAL, Illumination::LOCAL, Illumination::SHADOWLESS] {
+            let pixels = picture(alone(), method, illumination);
+            let inside = pixels.iter().filter(|pixel| **pixel == COLOUR).count();
+            assert!(inside > 10, "{method:?}: {inside} pixels are of the colour");
+            assert!(pixels.iter().all(|pixel| pixel.cmple(COLOUR).all()), "nothing is brighter");
+        }
+    }
+    let lit = poster(json!({})).with("/nodes/2/extensions", Value::Null).good();
+    assert!(lit.notes.iter().any(|note| note.contains("nothing lights the scene")), "{:?}", lit.notes);
+}
+
+#[test]
+fn an_unlit_surface_lights_nothing_beside_it() {
+    for method in [Method::Photon, Method::Path] {
+        let with = poster(json!({})).good();
+        let mut without = with.clone();
+        without.materials[0].emission = None;
+        without.luminaires.retain(|luminaire| luminaire.is_delta());
+        let (with, without) =
+            (picture(with, method, Illumination::GLOBAL), picture(without, method, Illumination::GLOBAL));
+        // Where the poster is not seen the two are the same.
+        let beside = with.iter().zip(&without).filter(|(a, _)| a.x < 0.5 * COLOUR.x || a.y > 1.1 * COLOUR.y);
+        let beside: Vec<_> = beside.collect();
+        assert!(beside.len() > 100 && beside.iter().any(|(a, _)| **a != Vec3::ZERO), "{method:?}");
+        for (a, b) in beside {
+            assert!((*a - *b).abs().max_element() <= 1e-6 * b.max_element(), "{method:?}: {a} and {b}");
+        }
+    }
+}
