@@ -1,5 +1,5 @@
 use super::numbers::Numbers;
-use crate::light::Light;
+use crate::light::{Light, Matrix};
 use crate::rays::Segment;
 use crate::sampling::warp;
 use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between};
@@ -27,12 +27,14 @@ pub(super) struct Connection {
 }
 
 impl Luminaires {
-    /// All luminaires of a scene, to be chosen in proportion to power.
+    /// All luminaires of a scene, to be chosen in proportion to the power that any surface reads.
     pub fn new(scene: &Scene) -> Self {
         let (_, radius) = scene.bounding_sphere();
+        let visible = reads_visible(scene);
         let mut total = 0.0;
         let running = scene.luminaires.iter().map(|luminaire| {
-            total += f64::from(luminaire.power(radius).total());
+            let power = luminaire.power(radius);
+            total += f64::from(if visible { power.total() } else { power.invisible.element_sum() });
             total
         });
         let mut luminaires =
@@ -110,6 +112,13 @@ impl Luminaires {
         let total = self.cumulative[self.cumulative.len() - 1];
         if total > 0.0 { (self.cumulative[index] - before) / total } else { 0.0 }
     }
+}
+
+/// True where some surface turns visible light into anything: what is seen and lights nothing is else never chosen.
+fn reads_visible(scene: &Scene) -> bool {
+    let reads = |matrix: Matrix| matrix.rows().iter().any(|[_, visible]| *visible != 0.0);
+    let bsdfs = scene.materials.iter().map(|material| &material.bsdf);
+    bsdfs.flat_map(|bsdf| bsdf.terms.iter().map(|term| term.coefficient).chain([bsdf.straight])).any(reads)
 }
 
 /// Irradiance on a surface that faces a punctual luminaire at `distance`, in unit direction `out` from it; W m⁻².

@@ -3,6 +3,7 @@
 mod atlas;
 mod browser;
 mod check;
+mod choice;
 mod compare;
 mod page;
 mod pages;

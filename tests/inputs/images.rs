@@ -6,6 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::Vec3;
 use halflight::optics::{Diffuse, Lobe, Mirror};
 use halflight::scene::{Material, Scene};
+use proptest::prelude::*;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -170,4 +171,51 @@ fn the_older_model_shows_what_its_two_layers_reflect_together() {
     let (old, scene) = first(with_images(material, &[png(&[[255; 3], [0; 3]])]));
     assert!((albedo(&old) - Vec3::new(0.6, 0.4, 0.2)).length() < 1e-6, "{}", albedo(&old));
     assert!(note(&scene, "KHR_materials_pbrSpecularGlossiness is not supported yet: Old"));
+}
+
+#[test]
+fn the_mean_of_vertex_colours_stands_in_for_them() {
+    let mut small = Small::new();
+    let start = small.binary.len();
+    let colours: [[u8; 4]; 4] = [[255, 0, 0, 9], [255, 0, 0, 9], [0, 0, 0, 9], [0, 255, 0, 9]];
+    small.binary.extend(colours.as_flattened());
+    small.json["bufferViews"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": 16 }));
+    let accessor =
+        json!({ "bufferView": 4, "componentType": 5121, "normalized": true, "type": "VEC4", "count": 4 });
+    small.json["accessors"].as_array_mut().unwrap().push(accessor);
+    let length = small.binary.len();
+    let coloured = small
+        .with("/buffers/0/byteLength", json!(length))
+        .with("/meshes/0/primitives/0/attributes", json!({ "POSITION": 0, "NORMAL": 1, "COLOR_0": 4 }))
+        .with("/meshes/1/primitives/0/material", json!(0));
+    let scene = coloured.clone().good();
+    let of = |surface: usize| &scene.materials[scene.surfaces[surface].material as usize];
+    assert_eq!((albedo(of(0)), albedo(of(1))), (Vec3::new(0.5, 0.25, 0.0), Vec3::ONE));
+    assert_eq!(of(0).name, of(1).name);
+    assert!(note(&scene, "vertex colours are not supported yet, their mean stands in: Body"));
+    let not_shares = coloured.with("/accessors/4/normalized", json!(false)).good();
+    assert_eq!(albedo(&not_shares.materials[0]), Vec3::ONE);
+    assert!(note(&not_shares, "vertex colours are not supported yet: Body"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn damaged_images_never_bring_the_program_down(
+        which in 0_usize..3,
+        hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+    ) {
+        let pixels: Vec<[u8; 3]> = (0..40).map(|i: u8| [i, 3 * i, 255 - i]).collect();
+        let mut file = vec![png(&pixels), jpeg(), webp(&pixels)].swap_remove(which);
+        for (index, value) in hits {
+            let at = index.index(file.len());
+            file[at] = value;
+        }
+        let (material, _) = first(textured(&[file]));
+        prop_assert!(albedo(&material).max_element() <= 1.0);
+    }
 }

@@ -4,6 +4,7 @@ use crate::scene::assembly::Closure;
 use glam::{DVec3, Vec3};
 use gltf::Semantic;
 use gltf::json::Index;
+use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 
@@ -13,6 +14,8 @@ pub(super) struct Geometry {
     pub normals: Option<Vec<Vec3>>,
     pub triangles: Vec<[u32; 3]>,
     pub closure: Closure,
+    /// The mean of its vertex colours, linear. None: it has none, or they are no shares of light.
+    pub tint: Option<Vec3>,
 }
 
 /// Reads a primitive. None: it has nothing that is a surface.
@@ -61,7 +64,21 @@ pub(super) fn read(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<O
     let closure = Closure::of(&positions, &triangles);
     let normals =
         normals.map(|normals| normals.into_iter().map(|n| DVec3::from_array(n).as_vec3()).collect());
-    Ok(Some(Geometry { positions, normals, triangles, closure }))
+    let tint = attribute(Semantic::Colors(0)).and_then(|index| mean_colour(accessors, index));
+    Ok(Some(Geometry { positions, normals, triangles, closure, tint }))
+}
+
+fn mean_colour(accessors: &Accessors<'_>, index: usize) -> Option<Vec3> {
+    let shares = [ComponentType::U8, ComponentType::U16];
+    let rgb = |[r, g, b, _]: [f64; 4]| DVec3::new(r, g, b);
+    let with_alpha = accessors.numbers(index, Type::Vec4, &shares);
+    let without = || accessors.numbers(index, Type::Vec3, &shares);
+    let colours: Vec<DVec3> = match with_alpha {
+        Ok(colours) => colours.into_iter().map(rgb).collect(),
+        Err(_) => without().ok()?.into_iter().map(DVec3::from_array).collect(),
+    };
+    let mean = colours.iter().sum::<DVec3>() / colours.len() as f64;
+    (mean.min_element() >= 0.0 && mean.max_element() <= 1.0).then(|| mean.as_vec3())
 }
 
 fn list(indices: &[u32]) -> Result<Vec<[u32; 3]>, Reason> {

@@ -23,12 +23,12 @@ const SMOOTH: f32 = 1e-3;
 /// eyes), a champagne flute without thickness about 0.09, a tumbler 0.2, a window pane more than 1.
 const SMALL_HOLES: f64 = 1.0 / 16.0;
 
-/// Makes the materials that surfaces ask for, each once per kind of body it covers.
+/// Makes the materials that surfaces ask for, each once per kind of body it covers and per tint.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     images: Images<'a>,
     default: Source,
-    made: HashMap<(Option<usize>, bool), u32>,
+    made: HashMap<(Option<usize>, bool, [u32; 3]), u32>,
     coated: BTreeSet<Option<usize>>,
     list: Vec<Material>,
 }
@@ -40,6 +40,8 @@ pub(super) struct Wanted<'a> {
     pub material: Option<usize>,
     /// Whether it encloses a body.
     pub closure: Closure,
+    /// What its colour is multiplied by.
+    pub tint: Vec3,
     /// The surface, for messages.
     pub surface: &'a str,
 }
@@ -68,7 +70,8 @@ impl<'a> Materials<'a> {
 
     /// The index of the material that a surface is made of.
     pub fn index(&mut self, wanted: Wanted<'_>, notes: &mut Notes) -> Result<u32, Reason> {
-        let reader = Reader::new(self, wanted.material, notes)?;
+        let mut reader = Reader::new(self, wanted.material, notes)?;
+        reader.colour *= wanted.tint;
         let body = wanted.closure.closed || wanted.closure.holes < SMALL_HOLES;
         let solid = reader.transmission > 0.0 && !reader.thin.unwrap_or(!body);
         if reader.transmission > 0.0 {
@@ -81,7 +84,8 @@ impl<'a> Materials<'a> {
             };
             notes.about(fact, &format!("{} ({})", wanted.surface, reader.name));
         }
-        if let Some(index) = self.made.get(&(wanted.material, solid)) {
+        let key = (wanted.material, solid, wanted.tint.to_array().map(f32::to_bits));
+        if let Some(index) = self.made.get(&key) {
             return Ok(*index);
         }
         let made = reader.material(solid, notes)?;
@@ -90,7 +94,7 @@ impl<'a> Materials<'a> {
         }
         let index = self.list.len() as u32;
         self.list.push(made);
-        self.made.insert((wanted.material, solid), index);
+        self.made.insert(key, index);
         Ok(index)
     }
 

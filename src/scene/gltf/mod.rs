@@ -27,9 +27,11 @@ use document::Document;
 use extensions::standing;
 use extras::{Extras, Place};
 use geometry::Geometry;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
+use gltf::Semantic;
 use gltf::json::Root;
 use gltf::json::mesh::Primitive;
+use gltf::json::validation::Checked;
 use graph::Placed;
 use image::Images;
 use material::{Materials, Wanted};
@@ -120,7 +122,7 @@ fn luminaires(
     if luminaires.is_empty() {
         return Err(no_light(root, notes));
     }
-    let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != glam::Vec3::ZERO;
+    let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != Vec3::ZERO;
     if !luminaires.iter().any(lights) && materials.iter().any(|material| !material.lobes.is_empty()) {
         notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
@@ -174,7 +176,13 @@ fn pieces(
             let posed = pose(accessors, primitive, geometry, place, &places, notes)
                 .map_err(|what| format!("{mesh_label}: {what}"))?;
             let material = primitive.material.map(|material| material.value());
-            let wanted = Wanted { material, closure: geometry.closure, surface: &name };
+            if geometry.tint.is_some() {
+                notes.about("vertex colours are not supported yet, their mean stands in", &name);
+            } else if has_colours(primitive) {
+                notes.about("vertex colours are not supported yet", &name);
+            }
+            let tint = geometry.tint.unwrap_or(Vec3::ONE);
+            let wanted = Wanted { material, closure: geometry.closure, tint, surface: &name };
             let material = materials.index(wanted, notes)?;
             pieces.push(piece(geometry, posed, name, material));
         }
@@ -220,6 +228,10 @@ fn piece(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Piec
     }
 }
 
+fn has_colours(primitive: &Primitive) -> bool {
+    primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0)))
+}
+
 /// Tells what is in the file and changes the picture, but is not read.
 fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
     let mut told = HashSet::new();
@@ -238,12 +250,6 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
         let morphs = mesh.primitives.iter().any(|p| p.targets.as_ref().is_some_and(|t| !t.is_empty()));
         if morphs && weights.is_some_and(|weights| weights.iter().any(|w| *w != 0.0)) {
             notes.about("morph targets are not supported, the mesh is seen undeformed", &place.name());
-        }
-        let coloured = |semantic: &gltf::json::validation::Checked<gltf::Semantic>| {
-            matches!(semantic, gltf::json::validation::Checked::Valid(gltf::Semantic::Colors(0)))
-        };
-        if mesh.primitives.iter().any(|primitive| primitive.attributes.keys().any(coloured)) {
-            notes.about("vertex colours are not supported yet", &place.name());
         }
     }
     let all: BTreeSet<&String> = root.extensions_used.iter().chain(&root.extensions_required).collect();
