@@ -19,7 +19,7 @@ fn png(pixels: &[[u8; 3]]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.len() as u32, 1);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(pixels.as_flattened()).unwrap();
+    encoder.write_header().expect("written").write_image_data(pixels.as_flattened()).expect("written");
     file
 }
 
@@ -40,7 +40,9 @@ fn jpeg() -> Vec<u8> {
 fn webp(pixels: &[[u8; 3]]) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = image_webp::WebPEncoder::new(&mut file);
-    encoder.encode(pixels.as_flattened(), pixels.len() as u32, 1, image_webp::ColorType::Rgb8).unwrap();
+    encoder
+        .encode(pixels.as_flattened(), pixels.len() as u32, 1, image_webp::ColorType::Rgb8)
+        .expect("written");
     file
 }
 
@@ -129,7 +131,7 @@ fn webp_in_its_extension_and_images_in_files_and_buffers_are_found() {
     small.binary.extend(&bytes);
     let (length, view) =
         (small.binary.len(), json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }));
-    small.json["bufferViews"].as_array_mut().unwrap().push(view);
+    small.json["bufferViews"].as_array_mut().expect("a list").push(view);
     let inside =
         small.with("/buffers/0/byteLength", json!(length)).with("/images", json!([{ "bufferView": 4 }]));
     assert_eq!(albedo(&first(inside).0), expected);
@@ -158,7 +160,7 @@ fn images_that_cannot_be_had_leave_the_factor_and_are_told() {
         json!([{ "bufferView": 99 }]),
         json!([]),
     ] {
-        let (brick, scene) = first(textured(&[file.clone()]).with("/images", images));
+        let (brick, scene) = first(textured(std::slice::from_ref(&file)).with("/images", images));
         assert_eq!(albedo(&brick), Vec3::new(1.0, 0.5, 1.0));
         assert!(note(&scene, "no mean stands in"), "{:?}", scene.notes);
     }
@@ -185,7 +187,7 @@ fn the_mean_of_vertex_colours_stands_in_for_them() {
         .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": 16 }));
     let accessor =
         json!({ "bufferView": 4, "componentType": 5121, "normalized": true, "type": "VEC4", "count": 4 });
-    small.json["accessors"].as_array_mut().unwrap().push(accessor);
+    small.json["accessors"].as_array_mut().expect("a list").push(accessor);
     let length = small.binary.len();
     let coloured = small
         .with("/buffers/0/byteLength", json!(length))

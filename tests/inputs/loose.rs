@@ -91,7 +91,7 @@ fn other_cameras_are_named_and_can_be_chosen_by_name_or_number() {
     let two = || {
         let mut small = Small::new().with("/nodes/1/camera", json!(1));
         let wide = json!({ "name": "Wide", "type": "perspective", "perspective": { "yfov": 1.5 } });
-        small.json["cameras"].as_array_mut().unwrap().push(wide);
+        small.json["cameras"].as_array_mut().expect("a list").push(wide);
         small
     };
     let yfov = |scene: Scene| match scene.camera.projection {
@@ -159,7 +159,7 @@ fn quantized() -> Small {
     let start = small.binary.len();
     small.binary.extend(positions.iter().flatten().flat_map(|x| x.to_le_bytes()));
     small.binary.extend(normals.iter().flatten().flat_map(|x| x.to_le_bytes()));
-    let views = small.json["bufferViews"].as_array_mut().unwrap();
+    let views = small.json["bufferViews"].as_array_mut().expect("a list");
     views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": 32, "byteStride": 8 }));
     views.push(json!({ "buffer": 0, "byteOffset": start + 32, "byteLength": 16, "byteStride": 4 }));
     let length = small.binary.len();
@@ -195,7 +195,7 @@ fn a_scene_may_stand_anywhere_by_each_of_its_nodes_or_by_one_parent() {
     let (offset, small) = (DVec3::new(430_000.3, -17.7, 5_400_000.1), Small::new());
     let here = small.clone().good();
     let mut each = small.clone();
-    for node in each.json["nodes"].as_array_mut().unwrap() {
+    for node in each.json["nodes"].as_array_mut().expect("a list") {
         let own = node["translation"]
             .as_array()
             .map_or(DVec3::ZERO, |t| DVec3::from_array([0, 1, 2].map(|i| t[i].as_f64().unwrap())));
@@ -203,17 +203,17 @@ fn a_scene_may_stand_anywhere_by_each_of_its_nodes_or_by_one_parent() {
     }
     let mut parent = small;
     let node = json!({ "translation": offset.to_array(), "children": [0, 1, 2, 3] });
-    parent.json["nodes"].as_array_mut().unwrap().push(node);
+    parent.json["nodes"].as_array_mut().expect("a list").push(node);
     let matrix = |small: &Small| {
         let mut small = small.clone();
-        for node in small.json["nodes"].as_array_mut().unwrap() {
+        for node in small.json["nodes"].as_array_mut().expect("a list") {
             let Some(place) = node.as_object_mut().unwrap().remove("translation") else { continue };
             let place: Vec<f64> = place.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
             node["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, place[0], place[1], place[2], 1]);
         }
         small
     };
-    assert!((DVec3::from(offset.as_vec3().as_dvec3()) - offset).length() > 0.05, "f32 would lose it");
+    assert!((offset.as_vec3().as_dvec3() - offset).length() > 0.05, "f32 would lose it");
     for moved in [matrix(&each), each, parent.with("/scenes/0/nodes", json!([4]))] {
         let there = moved.good();
         assert!((there.origin - offset - here.origin).length() < 1e-8);
@@ -240,13 +240,13 @@ fn skinned() -> Small {
     let length = small.binary.len();
     for (offset, size) in [(0, 16), (16, 64), (80, 128)] {
         let view = json!({ "buffer": 0, "byteOffset": start + offset, "byteLength": size });
-        small.json["bufferViews"].as_array_mut().unwrap().push(view);
+        small.json["bufferViews"].as_array_mut().expect("a list").push(view);
     }
-    let accessors = small.json["accessors"].as_array_mut().unwrap();
+    let accessors = small.json["accessors"].as_array_mut().expect("a list");
     accessors.push(json!({ "bufferView": 4, "componentType": 5121, "type": "VEC4", "count": 4 }));
     accessors.push(json!({ "bufferView": 5, "componentType": 5126, "type": "VEC4", "count": 4 }));
     accessors.push(json!({ "bufferView": 6, "componentType": 5126, "type": "MAT4", "count": 2 }));
-    let nodes = small.json["nodes"].as_array_mut().unwrap();
+    let nodes = small.json["nodes"].as_array_mut().expect("a list");
     nodes.push(json!({ "name": "Root", "translation": [0, 5, 10], "children": [5, 6] }));
     nodes.push(json!({ "name": "A", "translation": [1, 0, 0] }));
     nodes.push(json!({ "name": "B", "translation": [3, 0, 0] }));

@@ -29,10 +29,10 @@ fn cut_picture(
     illumination: Illumination,
     max_reflections: Option<u32>,
 ) -> Vec<Vec3> {
-    scene.illuminate(Some(illumination), &[]).unwrap();
+    scene.illuminate(Some(illumination), &[]).expect("no names");
     let settings =
         Settings { method, max_reflections, paths: Some(20_000), ..Settings::for_film(SIDE, SIDE) };
-    let mut render = Render::new(scene, settings, &[]).unwrap();
+    let mut render = Render::new(scene, settings, &[]).expect("an image");
     while render.film().passes() < 2 {
         render.pass();
     }

@@ -203,7 +203,7 @@ fn pose(
         match skin::pose(accessors, primitive, geometry, skin.value(), places)? {
             Some(posed) => return Ok(posed),
             None => {
-                notes.about("the joints of its skin are not to be found, it is seen unposed", &place.name())
+                notes.about("the joints of its skin are not to be found, it is seen unposed", &place.name());
             }
         }
     }

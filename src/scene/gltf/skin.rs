@@ -6,6 +6,7 @@ use super::geometry::Geometry;
 use super::notes::label;
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
 use gltf::Semantic;
+use gltf::json::Index;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::Primitive;
 use gltf::json::validation::Checked;
@@ -93,7 +94,7 @@ fn influences(
     primitive: &Primitive,
     vertices: usize,
 ) -> Result<Vec<Influences>, Reason> {
-    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value());
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(Index::value);
     let mut sets = Vec::new();
     for set in 0.. {
         let (Some(joints), Some(weights)) =

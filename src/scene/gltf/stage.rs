@@ -2,7 +2,7 @@
 
 use super::Reason;
 use super::notes::{Notes, label};
-use gltf::json::{Extras, Root};
+use gltf::json::{Extras, Index, Root};
 
 /// A scene of the file.
 pub(super) struct Stage<'a> {
@@ -45,7 +45,7 @@ pub(super) fn choose<'a>(
             listed(&others)
         ));
     }
-    let roots = source.nodes.iter().map(|node| node.value()).collect();
+    let roots = source.nodes.iter().map(Index::value).collect();
     Ok(Stage { label: name(index), extras: &source.extras, roots })
 }
 
