@@ -49,7 +49,8 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
         Some(scene) => {
             let (illumination, set) = (args.illumination.clone(), args.set.clone());
             let (scene_of_file, camera) = (None, None);
-            let scene = SceneArgs { scene: scene.clone(), scene_of_file, camera, illumination, set }.load()?;
+            let scene =
+                SceneArgs { scene: scene.clone(), scene_of_file, camera, illumination, set }.load()?;
             check_scene(&scene, |outcome| tell(&args, || text(outcome)))?
         }
         None => suite(&args)?,

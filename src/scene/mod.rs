@@ -15,8 +15,8 @@ mod mesh;
 
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
-pub use material::{Backs, Follows, Material};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
+pub use material::{Backs, Follows, Material};
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 

@@ -1,8 +1,8 @@
 use super::Reason;
 use super::graph::Placed;
 use super::notes::{Notes, label};
-use crate::scene::centre::Eye;
 use super::stage::listed;
+use crate::scene::centre::Eye;
 use crate::scene::{Camera, Mesh, Projection};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
