@@ -50,6 +50,11 @@ impl Chain {
         self.live == [false; 2]
     }
 
+    /// The same, where all light matters: that which luminaires send may come to take part.
+    pub fn open(self) -> Self {
+        Self { live: [true; 2], on_way: [true; 2], ..self }
+    }
+
     /// What is left of light after a crossing, as far as it matters.
     pub fn crossed(&self, matrix: Matrix, power: [f32; 2]) -> [f32; 2] {
         kept(matrix, power, self.on_way)

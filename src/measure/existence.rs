@@ -26,6 +26,10 @@ const BEYOND_ERROR: f64 = 3.0;
 const NEAR_ONE: f64 = 0.98;
 /// Where k (or its bound) is above this, photons are let fade before chance decides: see `PhotonPlan::growth`.
 const STIFF: f64 = 0.99;
+/// Where some albedo is above this, what light loses is for a measurement to say.
+const NEARLY_LOSSLESS: f64 = 0.9999;
+/// Light that is reflected more often than this is not followed to its end: that would take hours for each path.
+const LONGEST: f64 = 4.0e6;
 /// A material with this share of the reflected power is named.
 const NAMED: f64 = 0.1;
 
@@ -47,7 +51,7 @@ impl Existence {
                 .all(|t| matches!(t.lobe, Lobe::Dielectric(_) | Lobe::ThinDielectric(_)))
         };
         let opaque = materials(scene).filter(|(_, material)| !glass(material)).map(most).fold(0.0, f64::max);
-        if !always && !chain.passes && opaque < 1.0 && at_most <= 1.0 {
+        if !always && !chain.passes && opaque <= NEARLY_LOSSLESS && at_most <= 1.0 {
             let reason = if at_most < 1.0 {
                 format!(
                     "what is reflected does not also go straight on, so no reflection keeps more than the largest \
@@ -89,13 +93,14 @@ impl Existence {
         matches!(self, Self::Measured(m) if !self.is_refuted() && m.k + BEYOND_ERROR * m.error >= 1.0)
     }
 
-    /// True when there is no image: k is one or more, beyond its error.
+    /// True when there is no image: k is one or more, beyond its error, or so near to one that no path can be followed to
+    /// its end.
     pub fn is_refuted(&self) -> bool {
-        match self {
-            Self::Certain { .. } => false,
-            // Light that only mirrors and glass pass on, without loss, is caught there: k is one and nothing is seen.
-            Self::Measured(m) => m.k - BEYOND_ERROR * m.error >= 1.0 && (m.k > 1.0 || m.finite > 0.0),
-        }
+        let Self::Measured(m) = self else { return false };
+        let least = m.k - BEYOND_ERROR * m.error;
+        // Light that only mirrors and glass pass on, without loss, is caught there: k is one and nothing is seen.
+        let endless = if m.finite > 0.0 { 1.0 - 1.0 / LONGEST } else { 1.0 + 1.0 / LONGEST };
+        least >= endless
     }
 
     /// k with its error, or what it is at most.
@@ -132,6 +137,15 @@ impl Existence {
             .iter()
             .map(|(resolved, kept, names)| format!("{resolved} {}, {kept}", names.join(", ")))
             .collect();
+        if m.k < 1.0 + 1.0 / LONGEST {
+            return Some(format!(
+                "no image exists: multiplication factor {} cannot be told from 1: some light is shut in and lost \
+                 nowhere ({}). Lower the albedo, or open what encloses that light; or truncate the series with \
+                 --max-reflections N.",
+                with_error(m.k, m.error),
+                words.join("; "),
+            ));
+        }
         let mut advice = advice(&named, m.k, chain);
         for (material, _) in &named {
             if is_glass(material) && !material.bsdf.straight.is_zero() {

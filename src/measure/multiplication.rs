@@ -7,19 +7,21 @@
 //!
 //! k is the geometric mean of the ratios of power over the active generations: where light goes to and fro between two
 //! surfaces, single ratios alternate for ever and only their product settles. The photon number N biases k by
-//! O(1/N). Half of the first generation comes from luminaires, half from all places that reflect, so that modes
+//! O(1/N). It is k of the light that luminaires send: a shut room that no light gets into has no say. Half of the first
+//! generation leaves luminaires, half the places where light was seen to arrive, each alike however dark, so that modes
 //! which luminaires hardly feed are found; what a mode below the largest leaves behind falls as (k₂/k)ⁿ, so after the
 //! inactive generations and half of the active ones k is low by no more than its share × 1 / (e n).
 
 use super::chain::Chain;
 use crate::light::Light;
-use crate::optics::{Lobe, Transport};
+use crate::optics::Transport;
 use crate::rays::{Hit, Ray, Rays};
-use crate::sampling::{Rng, Stream, choose, warp};
-use crate::scene::{Scene, SurfacePoint};
+use crate::sampling::{Rng, Stream, choose};
+use crate::scene::{Luminaire, Scene, SurfacePoint};
 use crate::shoot::{EMISSION_DIMENSIONS, Emitters};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// A measured multiplication factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,65 +40,106 @@ pub struct Multiplication {
     pub lines: u64,
 }
 
-/// Generations that are discarded, and as many that count at first.
-const GENERATIONS: u32 = 32;
+/// Generations that are discarded, and as many that count at first: the fewest, where lines cross a great many surfaces,
+/// and the most.
+const GENERATIONS: [f64; 2] = [8.0, 32.0];
 /// Independent batches: enough for an error bar of their mean that is itself known to a fifth.
 const BATCHES: u32 = 16;
 /// Lines and crossings that the first look may cost in one channel: about half a second on two cores.
 const FIRST_LOOK: f64 = 1.5e6;
-/// Photons of a batch: from where the bias O(1/N) is below the error to where more would only cost.
-const POPULATION: [f64; 2] = [256.0, 2048.0];
+/// What it costs at the most, as far as that many photons and generations can be done without.
+const MOST: f64 = 16.0 * FIRST_LOOK;
+/// Photons of a batch: the fewest, from where the bias O(1/N) is below the error, and to where more would only cost.
+const POPULATION: [f64; 3] = [64.0, 256.0, 2048.0];
 /// Near one, generations that count and photons are doubled in turn, up to so many times in all, to tell k from one.
 /// Generations first: those that are discarded are not paid for again.
 const MOST_DOUBLINGS: u32 = 4;
 /// By so many standard errors.
 const TOLD_APART: f64 = 6.0;
+/// Generations in which emitted light is followed to see where it arrives.
+const ARRIVALS: u32 = 8;
 
 /// Measures k; `chain` says which halves go on. Equal arguments give equal bits for any number of threads.
 pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> Multiplication {
-    let first =
-        Population { scene, rays, chain, seed, channel: 0, photons: POPULATION[0] as u32, doublings: 0 };
-    let cost = first.cost();
-    let per_photon = f64::from(BATCHES * 2 * GENERATIONS) * cost;
-    let photons = (FIRST_LOOK / per_photon).clamp(POPULATION[0], POPULATION[1]) as u32;
-    let look = |channel: usize, doublings: u32| {
-        Population { channel, photons: photons << (doublings / 2), doublings, ..first }.run()
+    let [fewest, enough, most] = POPULATION;
+    let [shortest, longest] = GENERATIONS;
+    let places = Places::new();
+    let first = Population {
+        scene,
+        rays,
+        chain,
+        places: &places,
+        seed,
+        channel: 0,
+        photons: enough as u32,
+        generations: longest as u32,
+        doublings: 0,
     };
     let channels = channels_that_matter(scene);
-    let looks = channels.into_iter().map(|channel| look(channel, 0));
-    let mut best = looks.reduce(|a, b| if b.k > a.k { b } else { a }).expect("some channel matters");
+    let cost = channels.iter().map(|&channel| Population { channel, ..first }.cost()).fold(1.0, f64::max);
+    let per_generation = f64::from(BATCHES * 2) * cost;
+    let photons = (FIRST_LOOK / (longest * per_generation)).clamp(enough, most);
+    let photons = photons.min((MOST / (longest * per_generation)).max(fewest));
+    let generations = (MOST / (photons * per_generation)).clamp(shortest, longest);
+    let (photons, generations) = (photons as u32, generations as u32);
+    let affordable = (MOST / (f64::from(photons * generations) * per_generation)).max(1.0);
+    let most_doublings = MOST_DOUBLINGS.min(affordable.log2() as u32);
+
+    let look = |channel: usize, places: &Places, doublings: u32| {
+        let photons = photons << (doublings / 2);
+        Population { places, channel, photons, generations, doublings, ..first }.run()
+    };
+    let looks = channels.into_iter().map(|channel| {
+        let places = Population { channel, photons, ..first }.places();
+        (look(channel, &places, 0), places)
+    });
+    let Some((mut best, places)) = looks.reduce(|a, b| if b.0.k > a.0.k { b } else { a }) else {
+        return Multiplication::none(scene);
+    };
     // The error falls as the square root of the photons and of the generations.
     let needed = (TOLD_APART * best.error / (best.k - 1.0).abs()).powi(2);
-    if needed > 1.0 {
+    if needed > 1.0 && most_doublings > 0 {
         // One more, since how far k is from one is not well known either.
-        let doublings = (needed.log2().ceil() as u32 + 1).min(MOST_DOUBLINGS);
+        let doublings = (needed.log2().ceil() as u32 + 1).min(most_doublings);
         let lines = best.lines;
-        best = look(best.channel, doublings);
+        best = look(best.channel, &places, doublings);
         best.lines += lines;
     }
     best
 }
 
-/// Channels whose k may be the largest: those that no other one filters less in every lobe.
+impl Multiplication {
+    /// Of a scene without light.
+    fn none(scene: &Scene) -> Self {
+        let shares = vec![0.0; scene.materials.len()];
+        Self { k: 0.0, error: 0.0, channel: 0, shares, finite: 0.0, lines: 0 }
+    }
+}
+
+/// Channels whose k may be the largest: those in which something shines, and that no other one filters less in every
+/// lobe while all that shines in them shines in it too.
 fn channels_that_matter(scene: &Scene) -> Vec<usize> {
     let filters = |channel: usize| -> Vec<f32> {
         let terms = scene.materials.iter().flat_map(|material| &material.bsdf.terms);
-        terms
-            .map(|term| match term.lobe {
-                Lobe::Diffuse(lobe) => lobe.albedo[channel],
-                Lobe::Mirror(lobe) => lobe.tint[channel],
-                Lobe::Dielectric(lobe) => lobe.tint[channel],
-                Lobe::ThinDielectric(lobe) => lobe.tint[channel],
-            })
-            .collect()
+        terms.map(|term| term.lobe.albedo()[channel]).collect()
     };
     let filters = [filters(0), filters(1), filters(2)];
+    let emits = |luminaire: &Luminaire, channel: usize| {
+        let light = luminaire.power(1.0);
+        light.invisible[channel] > 0.0 || light.visible[channel] > 0.0
+    };
+    let shines = |channel: usize| scene.luminaires.iter().any(|l| emits(l, channel));
     let below = |a: usize, b: usize| {
         let nowhere_above = filters[a].iter().zip(&filters[b]).all(|(x, y)| x <= y);
-        nowhere_above && (filters[a] != filters[b] || b < a)
+        let lit_as_well = scene.luminaires.iter().all(|l| emits(l, b) || !emits(l, a));
+        let alike = filters[a] == filters[b] && scene.luminaires.iter().all(|l| emits(l, a) == emits(l, b));
+        nowhere_above && lit_as_well && (!alike || b < a)
     };
-    (0..3).filter(|a| !(0..3).any(|b| b != *a && below(*a, b))).collect()
+    (0..3).filter(|a| shines(*a) && !(0..3).any(|b| b != *a && below(*a, b))).collect()
 }
+
+/// Light that was reflected, by the side of the triangle that it left: the first there was of each.
+type Places = BTreeMap<u32, Photon>;
 
 /// Light on its way; all photons of a generation carry the same total.
 #[derive(Clone, Copy)]
@@ -105,7 +148,8 @@ struct Photon {
     direction: Vec3,
     /// Invisible and visible half of the one channel.
     power: [f32; 2],
-    material: u32,
+    /// Twice the triangle that it left; one more where it left its back.
+    place: u32,
     finite: bool,
 }
 
@@ -115,11 +159,18 @@ struct Population<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
     chain: &'a Chain,
+    places: &'a Places,
     seed: u64,
     channel: usize,
     photons: u32,
+    generations: u32,
     doublings: u32,
 }
+
+/// The random numbers of emitted light, beside those of the generations.
+const EMITTED: u32 = 0xff;
+/// Those of the first look around: no batch has this number.
+const LOOK_AROUND: u32 = 0x1000;
 
 /// What one batch found.
 struct Batch {
@@ -133,9 +184,37 @@ impl Population<'_> {
     /// Lines and crossings per photon and generation.
     fn cost(&self) -> f64 {
         let mut crossings = 0;
-        let photons = self.start(u32::MAX);
-        self.next(&photons, u32::MAX, &mut |hits| crossings += hits.len());
-        1.0 + crossings as f64 / photons.len().max(1) as f64
+        let photons = self.emitted(LOOK_AROUND - 1, self.photons);
+        let mut seen = |hits: &[Hit]| crossings += hits.len();
+        let reflected = self.next(&photons, self.chain.open(), (LOOK_AROUND - 1) << 8, &mut seen);
+        self.next(&reflected, *self.chain, (LOOK_AROUND - 1) << 8 | 1, &mut seen);
+        1.0 + crossings as f64 / (photons.len() + reflected.len()).max(1) as f64
+    }
+
+    /// Follows emitted light to see where it arrives.
+    fn places(&self) -> Places {
+        let parts: Vec<Places> = (0..BATCHES).into_par_iter().map(|part| self.some_places(part)).collect();
+        let mut places = Places::new();
+        for (place, photon) in parts.into_iter().flatten() {
+            places.entry(place).or_insert(photon);
+        }
+        places
+    }
+
+    fn some_places(&self, part: u32) -> Places {
+        let stream = LOOK_AROUND + self.channel as u32 * BATCHES + part;
+        let mut photons = self.emitted(stream, self.photons);
+        let mut places = Places::new();
+        for generation in 0..ARRIVALS {
+            let chain = if generation == 0 { self.chain.open() } else { *self.chain };
+            let reflected = self.next(&photons, chain, stream << 8 | generation, &mut |_| ());
+            let offset = Rng::new(self.seed, Stream::Measure, stream << 8 | generation, u64::MAX).f32();
+            photons = resample(&reflected, total(&reflected), self.photons, f64::from(offset));
+            for photon in photons.iter().filter_map(|photon| photon.kept(self.chain.live)) {
+                places.entry(photon.place).or_insert(photon);
+            }
+        }
+        places
     }
 
     fn run(&self) -> Multiplication {
@@ -161,24 +240,26 @@ impl Population<'_> {
         // Measurements that were doubled share no numbers with those before.
         let stream = (self.doublings * 3 + self.channel as u32) * BATCHES + batch;
         let mut photons = self.start(stream);
+        let generations = self.generations;
         let mut found =
             Batch { k: 0.0, shares: vec![0.0; self.scene.materials.len()], finite: 0.0, lines: 0 };
         let mut growth = 0.0;
-        let active = GENERATIONS << self.doublings.div_ceil(2);
-        for generation in 0..GENERATIONS + active {
+        let active = generations << self.doublings.div_ceil(2);
+        for generation in 0..generations + active {
             found.lines += photons.len() as u64;
             let now = total(&photons);
-            let reflected = self.next(&photons, stream << 8 | generation, &mut |_| ());
+            let chain = if generation == 0 { self.chain.open() } else { *self.chain };
+            let reflected = self.next(&photons, chain, stream << 8 | generation, &mut |_| ());
             let next = total(&reflected);
             if next == 0.0 {
                 return Batch { k: 0.0, ..found }; // this light is not reflected on
             }
-            if generation >= GENERATIONS {
+            if generation >= generations {
                 growth += (next / now).ln();
                 let share = 1.0 / (next * f64::from(active));
                 for photon in &reflected {
                     let power = f64::from(photon.total()) * share;
-                    found.shares[photon.material as usize] += power;
+                    found.shares[self.material(photon.place / 2) as usize] += power;
                     found.finite += if photon.finite { power } else { 0.0 };
                 }
             }
@@ -189,32 +270,47 @@ impl Population<'_> {
         found
     }
 
-    /// The first generation: half from luminaires, a quarter each from reflecting area and from reflecting surfaces.
+    /// The first generation: half from luminaires, half from the places where their light arrives.
     fn start(&self, stream: u32) -> Vec<Photon> {
-        let places = Places::of(self.scene);
-        let emitters = Emitters::<Light>::new(self.scene);
-        let power = self.chain.live.map(|live| if live { 1.0 } else { 0.0 });
-        let mut photons = Vec::with_capacity(self.photons as usize);
-        for i in 0..self.photons {
-            let mut rng = Rng::new(self.seed, Stream::Measure, stream << 8 | 0xff, u64::from(i));
-            let from_luminaire = i % 2 == 0 || places.is_none();
-            let start = if from_luminaire { emitters.as_ref() } else { None };
-            let (origin, direction) = match (start, &places) {
-                (Some(emitters), _) => {
-                    let u: [f32; EMISSION_DIMENSIONS] = std::array::from_fn(|_| rng.f32());
-                    let emitted = emitters.emit(1, u);
-                    (emitted.origin, emitted.direction)
-                }
-                (None, Some(places)) => places.start(self.scene, i % 4 < 2, &mut rng),
-                (None, None) => break,
-            };
-            photons.push(Photon { origin, direction, power, material: 0, finite: false });
+        let places: Vec<&Photon> = self.places.values().collect();
+        let mut photons =
+            self.emitted(stream, if places.is_empty() { self.photons } else { self.photons / 2 });
+        if !places.is_empty() {
+            for i in self.photons / 2..self.photons {
+                let mut rng = Rng::new(self.seed, Stream::Measure, stream << 8 | EMITTED, u64::from(i));
+                photons.push(*places[pick(rng.f32(), places.len())]);
+            }
         }
         photons
     }
 
+    /// Light that leaves luminaires in this channel.
+    fn emitted(&self, stream: u32, n: u32) -> Vec<Photon> {
+        let Some(emitters) = Emitters::<Light>::new(self.scene) else { return Vec::new() };
+        let photon = |i: u32| {
+            let mut rng = Rng::new(self.seed, Stream::Measure, stream << 8 | EMITTED, u64::from(i));
+            let u: [f32; EMISSION_DIMENSIONS] = std::array::from_fn(|_| rng.f32());
+            let emitted = emitters.emit(1, u);
+            let power = [emitted.power.invisible, emitted.power.visible].map(|half| half[self.channel]);
+            let (origin, direction) = (emitted.origin, emitted.direction);
+            Photon { origin, direction, power, place: 0, finite: false }.kept([true; 2])
+        };
+        (0..n).filter_map(photon).collect()
+    }
+
+    /// The material of a triangle, as an index.
+    fn material(&self, triangle: u32) -> u32 {
+        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material
+    }
+
     /// All light that `photons` become when they are reflected next.
-    fn next(&self, photons: &[Photon], stream: u32, seen: &mut impl FnMut(&[Hit])) -> Vec<Photon> {
+    fn next(
+        &self,
+        photons: &[Photon],
+        chain: Chain,
+        stream: u32,
+        seen: &mut impl FnMut(&[Hit]),
+    ) -> Vec<Photon> {
         let mut reflected = Vec::with_capacity(2 * photons.len());
         let mut hits = Vec::new();
         for (i, photon) in photons.iter().enumerate() {
@@ -224,11 +320,13 @@ impl Population<'_> {
             seen(&hits);
             let mut power = photon.power;
             for hit in &hits {
-                let surface = &self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize];
-                let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
-                reflected.extend(self.reflect(power, -photon.direction, &point, surface.material, &mut rng));
-                power =
-                    self.chain.crossed(self.scene.materials[surface.material as usize].bsdf.straight, power);
+                let smooth =
+                    self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize].smooth;
+                let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, smooth);
+                let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle };
+                reflected.extend(self.reflect(&arriving, chain, &point, &mut rng));
+                let bsdf = &self.scene.materials[self.material(hit.triangle) as usize].bsdf;
+                power = chain.crossed(bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
                 }
@@ -240,17 +338,17 @@ impl Population<'_> {
     /// What one surface reflects, by one of its lobes; None where nothing.
     fn reflect(
         &self,
-        power: [f32; 2],
-        from: Vec3,
+        arriving: &Arriving,
+        chain: Chain,
         point: &SurfacePoint,
-        material: u32,
         rng: &mut Rng,
     ) -> Option<Photon> {
-        let terms = &self.scene.materials[material as usize].bsdf.terms;
+        let Arriving { power, from, triangle } = *arriving;
+        let terms = &self.scene.materials[self.material(triangle) as usize].bsdf.terms;
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {
-                let [invisible, visible] = self.chain.reflected(term.coefficient, power);
+                let [invisible, visible] = chain.reflected(term.coefficient, power);
                 (invisible + visible) * term.lobe.albedo()[self.channel]
             } else {
                 0.0
@@ -261,21 +359,36 @@ impl Population<'_> {
         let lobe = self.rays.lobe_at(term.lobe, point);
         let sample = lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
         let factor = sample.weight[self.channel] / probability;
-        let power = self.chain.crossed(term.coefficient, power).map(|half| half * factor);
+        let power = chain.crossed(term.coefficient, power).map(|half| half * factor);
         let photon = Photon {
             origin: point.origin_towards(sample.to),
             direction: sample.to,
             power,
-            material,
+            place: 2 * triangle + u32::from(!point.normals.is_front(sample.to)),
             finite: !term.lobe.is_delta(),
         };
         (photon.total() > 0.0).then_some(photon)
     }
 }
 
+/// Light that meets a surface.
+struct Arriving {
+    power: [f32; 2],
+    /// Unit, back along its way.
+    from: Vec3,
+    triangle: u32,
+}
+
 impl Photon {
     fn total(&self) -> f32 {
         self.power[0] + self.power[1]
+    }
+
+    /// A watt of it in these halves. None where it has nothing in them.
+    fn kept(&self, halves: [bool; 2]) -> Option<Self> {
+        let power = [0, 1].map(|half| if halves[half] { self.power[half] } else { 0.0 });
+        let scale = 1.0 / (power[0] + power[1]);
+        scale.is_finite().then(|| Self { power: power.map(|half| half * scale), ..*self })
     }
 }
 
@@ -296,60 +409,6 @@ fn resample(photons: &[Photon], total: f64, n: u32, offset: f64) -> Vec<Photon> 
         }
     }
     chosen
-}
-
-/// Triangles with a finite lobe, by area and by surface. Delta lobes are left out: light that is born on them may be
-/// caught inside glass where no light from outside ever gets.
-struct Places {
-    triangles: Vec<u32>,
-    /// Cumulative area, m².
-    area: Vec<f64>,
-    /// For each surface the range of its triangles in the list.
-    surfaces: Vec<std::ops::Range<usize>>,
-}
-
-impl Places {
-    fn of(scene: &Scene) -> Option<Self> {
-        let mut places = Self { triangles: Vec::new(), area: Vec::new(), surfaces: Vec::new() };
-        let mut sum = 0.0;
-        let mut last = None;
-        for (triangle, &surface) in (0..).zip(&scene.mesh.surface) {
-            if !scene.material_of(triangle).bsdf.has_finite_lobe() {
-                continue;
-            }
-            sum += f64::from(scene.mesh.area(triangle));
-            places.triangles.push(triangle);
-            places.area.push(sum);
-            let end = places.triangles.len();
-            match places.surfaces.last_mut().filter(|_| last == Some(surface)) {
-                Some(range) => range.end = end,
-                None => places.surfaces.push(end - 1..end),
-            }
-            last = Some(surface);
-        }
-        (sum > 0.0).then_some(places)
-    }
-
-    /// A start on a surface, cosine-distributed on one of its sides.
-    fn start(&self, scene: &Scene, by_area: bool, rng: &mut Rng) -> (Vec3, Vec3) {
-        let range = if by_area {
-            0..self.area.len()
-        } else {
-            self.surfaces[pick(rng.f32(), self.surfaces.len())].clone()
-        };
-        let below = if range.start == 0 { 0.0 } else { self.area[range.start - 1] };
-        let wanted = below + f64::from(rng.f32()) * (self.area[range.end - 1] - below);
-        let index = range.start + self.area[range.clone()].partition_point(|sum| *sum <= wanted);
-        let triangle = self.triangles[index.min(range.end - 1)];
-        let [b1, b2] = warp::triangle(rng.f32x2());
-        let point = scene.mesh.point(triangle, b1, b2, false);
-        let front = point.normals.geometric;
-        let terms = &scene.material_of(triangle).bsdf.terms;
-        let backs = terms.iter().any(|term| term.lobe.responds(&point.normals, -front));
-        let up = if backs && rng.f32() < 0.5 { -front } else { front };
-        let direction = warp::to_world(up, warp::cosine_hemisphere(rng.f32x2()));
-        (point.origin_towards(direction), direction)
-    }
 }
 
 /// One of `n`, by `u` in [0, 1).
