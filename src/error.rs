@@ -37,6 +37,9 @@ pub enum Error {
         /// The thing in it that is wrong, and the way out.
         reason: String,
     },
+    /// What a command prints could not be printed.
+    #[error("standard output: cannot write: {0}")]
+    Print(std::io::Error),
     /// A command-line argument or setting cannot be followed.
     #[error("{0}")]
     Usage(String),

@@ -3,45 +3,17 @@
 //! Times are processor time over all threads: what else the machine is doing hardly matters to them. Nothing that decides
 //! a picture comes from here.
 
-use crate::film::{Film, Layer};
-use crate::gather::{Connections, Maps, Pixel, gather};
+use crate::film::Layer;
+use crate::gather::{Connections, Maps, gather};
 use crate::light::{Invisible, Light, Power};
-use crate::plan::{Method, Plan, Settings};
+use crate::measure::Existence;
+use crate::memory::Memory;
+use crate::plan::{Method, Omittable, Plan, Settings};
 use crate::render::render_pass;
 use crate::scene::Scene;
-use crate::shoot::{Photon, shoot};
+use crate::shoot::shoot;
 use cpu_time::ProcessTime;
-use glam::Vec3;
-
-/// Bytes that a render holds, good to a third.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Memory {
-    /// Triangles, vertices, normals.
-    pub scene: usize,
-    /// The index of triangles, that of shadow casters, and the rims of surfaces.
-    pub index: usize,
-    /// Sums over passes.
-    pub film: usize,
-    /// The photons of one pass, while their map is built.
-    pub photons: usize,
-    /// The pixels of one pass.
-    pub pass: usize,
-    /// What loading and indexing hold besides, before the first pass.
-    pub planning: usize,
-}
-
-/// The program itself, its threads and the files it writes: measured, a render of one pixel.
-const PROGRAM: usize = 12_000_000;
-/// For each triangle while a scene is read and its index is built: measured on half a million triangles.
-const PER_TRIANGLE: usize = 400;
-
-impl Memory {
-    /// The most that is held at the same time.
-    pub fn total(self) -> usize {
-        let Self { scene, index, film, photons, pass, planning } = self;
-        PROGRAM + scene + film + planning.max(index + photons + pass)
-    }
-}
+use std::time::Instant;
 
 /// Processor seconds, all threads together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,6 +46,8 @@ pub struct Forecast {
     pub planning: f64,
     /// Of one pass.
     pub pass: Stages,
+    /// Processor seconds that the small pass took.
+    took: f64,
 }
 
 /// What leaving one thing out saves; below zero, what it costs.
@@ -91,73 +65,84 @@ pub struct Saving {
 
 /// Camera paths and photon paths of the small pass, at the most.
 const PILOT: f64 = 16_384.0;
+/// Lines of its photons, at the most, as far as a path can be made no shorter.
+const PILOT_LINES: f64 = 2.0e5;
 /// It is timed so often, and the fastest counts: others were disturbed.
 const TIMES: usize = 3;
+/// But only once where it takes longer than this, and savings are not looked for: processor seconds.
+const LONG: f64 = 1.0;
 
 impl Forecast {
     /// Plans, timed, and looks ahead.
     pub fn make(scene: Scene, settings: Settings, layers: &[Layer]) -> (Plan, Self) {
-        let (planning, mut plan) = timed(|| Plan::new(scene, settings));
+        Self::knowing(scene, settings, layers, None)
+    }
+
+    fn knowing(scene: Scene, settings: Settings, layers: &[Layer], known: Option<Existence>) -> (Plan, Self) {
+        let (planning, mut plan) = timed(&processor, || Plan::with_existence(scene, settings, known));
         let forecast = Self::of(&mut plan, planning, layers);
         (plan, forecast)
     }
 
     fn of(plan: &mut Plan, planning: f64, layers: &[Layer]) -> Self {
-        // Where there is no image a pass would not end.
+        let memory = Memory::of(plan, layers);
+        // Where there is no image a pass would mean nothing.
         if plan.existence.is_refuted() && plan.settings.max_reflections.is_none() {
-            return Self { memory: Memory::of(plan, 0.0, layers), planning, pass: Stages::default() };
+            return Self { memory, planning, pass: Stages::default(), took: 0.0 };
         }
         let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
         let share = shrink(plan);
-        let (mut pass, stored) = time(plan);
+        let mut pass = time(plan, &processor);
+        let took = pass.total();
         for _ in 1..TIMES {
-            let (again, _) = time(plan);
+            let again = if took < LONG { time(plan, &processor) } else { break };
             if again.total() < pass.total() {
                 pass = again;
             }
         }
         (plan.settings, plan.photons) = (asked, photons);
-        let memory = Memory::of(plan, stored as f64 / share, layers);
-        Self { memory, planning, pass: pass.scaled(1.0 / share) }
+        Self { memory, planning, pass: pass.scaled(1.0 / share), took }
     }
 }
 
-/// What each omission of a plan saves: the same plan once more with that thing in it.
-pub fn savings(scene: &Scene, plan: &Plan, without: &Forecast, layers: &[Layer]) -> Vec<Saving> {
+/// Seconds of a pass on the clock on the wall, all threads at work.
+pub(crate) fn seconds_of_a_pass(plan: &mut Plan) -> Stages {
+    let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
+    let share = shrink(plan);
+    let begin = Instant::now();
+    let clock = || begin.elapsed().as_secs_f64();
+    let mut pass = time(plan, &clock);
+    // The first touches everything for the first time.
+    if pass.total() < LONG {
+        pass = time(plan, &clock);
+    }
+    (plan.settings, plan.photons) = (asked, photons);
+    pass.scaled(1.0 / share)
+}
+
+/// What each omission of a plan saves: the same plan once more with that thing in it. None: a pass takes too long to try.
+pub fn savings(scene: &Scene, plan: &Plan, without: &Forecast, layers: &[Layer]) -> Option<Vec<Saving>> {
+    if without.took > LONG {
+        return None;
+    }
+    // Whether there is an image is found out once; it is the same for all but its own omission.
+    let known = Some(plan.existence.clone());
+    let (planning, _) =
+        timed(&processor, || Plan::with_existence(scene.clone(), plan.settings.clone(), known.clone()));
     let saving = |name: &'static str| {
-        let keep = name.parse().expect("an omission's name");
+        let keep: Omittable = name.parse().expect("an omission's name");
         let mut settings = plan.settings.clone();
         settings.keep.push(keep);
-        let (_, with) = Forecast::make(scene.clone(), settings, layers);
+        let known = if keep == Omittable::Existence { None } else { known.clone() };
+        let (_, with) = Forecast::knowing(scene.clone(), settings, layers, known);
         Saving {
             name,
             pass: with.pass.total() / without.pass.total() - 1.0,
-            planning: with.planning - without.planning,
+            planning: with.planning - planning,
             bytes: with.memory.total() as i64 - without.memory.total() as i64,
         }
     };
-    plan.omissions.iter().map(|omission| saving(omission.name)).collect()
-}
-
-impl Memory {
-    fn of(plan: &Plan, stored: f64, layers: &[Layer]) -> Self {
-        let Settings { width, height, invisible, .. } = plan.settings;
-        let pixels = width as usize * height as usize;
-        let both = plan.photons.as_ref().is_some_and(|photons| photons.both_halves);
-        let photon = if both { size_of::<Photon<Light>>() } else { size_of::<Photon<Invisible>>() };
-        // Twice while they are put in order, with a sort key, a position and a place in the tree.
-        let photons = stored * (2 * photon + 16 + 12 + 16) as f64;
-        let pixel = if invisible { size_of::<Pixel<2>>() } else { size_of::<Pixel<1>>() };
-        let planes = layers.len().max(1) + 1;
-        Self {
-            scene: plan.scene.mesh.bytes(),
-            index: plan.index_bytes(),
-            film: Film::bytes(width, height, layers),
-            photons: photons as usize,
-            pass: pixels * (pixel + planes * size_of::<Vec3>()),
-            planning: PER_TRIANGLE * plan.scene.mesh.triangles.len(),
-        }
-    }
+    Some(plan.omissions.iter().map(|omission| saving(omission.name)).collect())
 }
 
 /// Makes the pass smaller, pixels and photons alike, and says by how much. Queries meet as many photons as before.
@@ -165,46 +150,51 @@ fn shrink(plan: &mut Plan) -> f64 {
     let Settings { width, height, .. } = plan.settings;
     let pixels = f64::from(width) * f64::from(height);
     let paths = plan.photons.as_ref().map_or(0.0, |photons| f64::from(photons.paths));
-    let share = (PILOT / pixels.max(paths)).min(1.0);
+    let lines = plan.photons.as_ref().map_or(0.0, |photons| paths * photons.per_path.lines);
+    let share = (PILOT / pixels.max(paths)).min(PILOT_LINES / lines).min(1.0);
     let side = |side: u32| ((share.sqrt() * f64::from(side)).round() as u32).max(1);
     (plan.settings.width, plan.settings.height) = (side(width), side(height));
-    if let Some(photons) = &mut plan.photons {
-        photons.paths = ((share * paths).round() as u32).max(1);
-    }
-    let Settings { width, height, .. } = plan.settings;
-    f64::from(width) * f64::from(height) / pixels
+    let Some(photons) = &mut plan.photons else {
+        return f64::from(plan.settings.width) * f64::from(plan.settings.height) / pixels;
+    };
+    photons.paths = ((share * paths).round() as u32).max(1);
+    f64::from(photons.paths) / paths
 }
 
-/// The stages of a pass, and how many photons it stored.
-fn time(plan: &Plan) -> (Stages, usize) {
+/// The stages of a pass.
+fn time(plan: &Plan, clock: &dyn Fn() -> f64) -> Stages {
     let both = plan.photons.as_ref().is_some_and(|photons| photons.both_halves);
     match (plan.settings.method, both, plan.settings.invisible) {
         (Method::Path | Method::PathPlain, ..) => {
             let connections = Connections::new(plan);
-            let (gather, _) = timed(|| render_pass(plan, &connections, u32::MAX, &[Layer::Visible]));
-            (Stages { gather, ..Stages::default() }, 0)
+            let (gather, _) = timed(clock, || render_pass(plan, &connections, u32::MAX, &[Layer::Visible]));
+            Stages { gather, ..Stages::default() }
         }
-        (Method::Photon, false, false) => stages::<Invisible, 1>(plan),
-        (Method::Photon, false, true) => stages::<Invisible, 2>(plan),
-        (Method::Photon, true, false) => stages::<Light, 1>(plan),
-        (Method::Photon, true, true) => stages::<Light, 2>(plan),
+        (Method::Photon, false, false) => stages::<Invisible, 1>(plan, clock),
+        (Method::Photon, false, true) => stages::<Invisible, 2>(plan, clock),
+        (Method::Photon, true, false) => stages::<Light, 1>(plan, clock),
+        (Method::Photon, true, true) => stages::<Light, 2>(plan, clock),
     }
 }
 
-fn stages<P: Power, const R: usize>(plan: &Plan) -> (Stages, usize) {
+fn stages<P: Power, const R: usize>(plan: &Plan, clock: &dyn Fn() -> f64) -> Stages {
     let connections = Connections::new(plan);
     let shot =
         || plan.photons.as_ref().map_or_else(crate::render::no_photons, |p| shoot::<P>(plan, p, u32::MAX));
-    let (shoot, photons) = timed(shot);
-    let stored = photons.by_class.iter().map(Vec::len).sum();
-    let (maps, built) = timed(|| Maps::build(photons, plan, 0));
-    let (gather, _) = timed(|| gather::<P, R>(plan, &connections, &built, u32::MAX));
-    (Stages { shoot, maps, gather }, stored)
+    let (shoot, photons) = timed(clock, shot);
+    let (maps, built) = timed(clock, || Maps::build(photons, plan, 0));
+    let (gather, _) = timed(clock, || gather::<P, R>(plan, &connections, &built, u32::MAX));
+    Stages { shoot, maps, gather }
 }
 
-/// Processor seconds that `work` takes, and what it makes.
-fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let begin = ProcessTime::now();
+/// What `work` takes by `clock`, and what it makes.
+fn timed<T>(clock: &dyn Fn() -> f64, work: impl FnOnce() -> T) -> (f64, T) {
+    let begin = clock();
     let made = work();
-    (begin.elapsed().as_secs_f64(), made)
+    (clock() - begin, made)
+}
+
+/// Seconds of all threads together.
+fn processor() -> f64 {
+    ProcessTime::now().as_duration().as_secs_f64()
 }

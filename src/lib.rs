@@ -79,6 +79,7 @@ pub mod forecast;
 pub mod gather;
 pub mod light;
 pub mod measure;
+pub mod memory;
 pub mod optics;
 pub mod path_trace;
 pub mod photon_map;
@@ -92,6 +93,7 @@ pub mod sampling;
 pub mod scene;
 pub mod shoot;
 pub mod stability;
+pub mod stop;
 
 /// The examples of README.md compile.
 #[cfg(doctest)]

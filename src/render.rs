@@ -6,14 +6,17 @@
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
 use crate::film::{Film, Header, Layer, PassImage};
+use crate::forecast::{self, Stages};
 use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
 use crate::measure::{Existence, Multiplication};
-use crate::path_trace::{PathSettings, Rows, Strength, trace_pass, unreachable_luminaires};
+use crate::memory::Memory;
+use crate::path_trace::{PathSettings, Rows, Strength, trace_pass_until, unreachable_luminaires};
 use crate::pilot::choose_direct;
-use crate::plan::{Direct, Method, Omittable, Plan, Settings};
+use crate::plan::{Direct, Method, Plan, Settings};
 use crate::scene::Scene;
 use crate::shoot::{Ledger, Photons, shoot};
+use crate::stop::Stop;
 use glam::Vec3;
 
 /// A render in progress.
@@ -47,7 +50,7 @@ impl Render {
     ///
     /// # Errors
     /// A layer that the method does not make; luminaires that the method can never find; no image, where the whole
-    /// series is asked for.
+    /// series is asked for; more memory than [`Settings::memory`].
     pub fn new(scene: Scene, settings: Settings, layers: &[Layer]) -> Result<Self> {
         check(&scene, &settings, layers)?;
         let begin = std::time::Instant::now();
@@ -56,33 +59,40 @@ impl Render {
             layers.insert(0, Layer::Visible);
         }
         let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
-        let film = Film::new(settings.width, settings.height, &layers);
+        Memory::of_pixels(&settings, &layers).check(settings.memory)?;
         let illumination = scene.describe_illumination();
-        if settings.atlas {
-            atlas::check(&scene, &settings)?;
-            let at = scene.point().expect("some material follows the square");
-            // Crossings are counted along every connection, also of matter that does nothing at (1, 1).
-            let counted = [Omittable::Matter, Omittable::Visibility, Omittable::Casters];
-            let keep = settings.keep.iter().copied().chain(counted).collect();
-            let mut plan = Plan::new(scene.at(1.0, 1.0), Settings { keep, ..settings });
-            let atlas = Some(AtlasRun::new(&mut plan, at)?);
-            let connections = Connections::new(&plan);
-            let seconds = begin.elapsed().as_secs_f64();
-            return Ok(Self { plan, connections, film, atlas, illumination, stored: 0, seconds });
-        }
-        let auto = settings.direct == Direct::Auto;
-        let mut plan = Plan::new(scene, settings);
-        if plan.settings.max_reflections.is_none()
-            && let Some(refusal) = plan.existence.refusal(&plan.scene)
-        {
-            return Err(Error::NoImage(refusal));
-        }
-        let connections = Connections::new(&plan);
-        if auto {
-            choose_direct(&mut plan, &connections);
-        }
+        let (plan, connections, atlas) = if settings.atlas {
+            plan_atlas(&scene, settings, &layers)?
+        } else {
+            plan_picture(scene, settings)?
+        };
+        Memory::of(&plan, &layers).check(plan.settings.memory)?;
+        let film = Film::new(plan.settings.width, plan.settings.height, &layers);
         let seconds = begin.elapsed().as_secs_f64();
-        Ok(Self { plan, connections, film, atlas: None, illumination, stored: 0, seconds })
+        Ok(Self { plan, connections, film, atlas, illumination, stored: 0, seconds })
+    }
+
+    /// Passes look at `stop` and are dropped when it is asked; [`passes`](Self::passes) then returns 0.
+    pub fn stop_at(&mut self, stop: Stop) {
+        self.plan.stop = stop;
+    }
+
+    /// Makes passes to come smaller or larger: photon paths of a pass, or camera samples of a pixel where paths are traced.
+    pub fn set_pass_size(&mut self, size: u32) {
+        match self.plan.photons.take() {
+            Some(photons) => self.plan.photons = Some(photons.with_paths(size.max(1))),
+            None => self.plan.settings.samples = size.max(1),
+        }
+    }
+
+    /// What [`set_pass_size`](Self::set_pass_size) sets.
+    pub fn pass_size(&self) -> u32 {
+        self.plan.photons.as_ref().map_or(self.plan.settings.samples, |photons| photons.paths)
+    }
+
+    /// Seconds that a pass will take on this machine, by a small one on the clock.
+    pub fn seconds_of_a_pass(&mut self) -> Stages {
+        forecast::seconds_of_a_pass(&mut self.plan)
     }
 
     /// What is done and what is left out.
@@ -116,14 +126,18 @@ impl Render {
     }
 
     /// Renders the next passes and adds them to the film: one, or as many as an [`AtlasRun`] likes to render together, but no
-    /// more than `most`. Returns how many.
+    /// more than `most`. Returns how many: none, when they were told to stop.
     pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
         let first = self.film.passes();
         let biased = self.plan.photons.is_some().then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let images = match &mut self.atlas {
-            None => vec![render_pass(&self.plan, &self.connections, first, &planes)],
+            None => {
+                let image = render_pass(&self.plan, &self.connections, first, &planes);
+                // It may have been given up on the way.
+                if self.plan.stop.asked() { Vec::new() } else { vec![image] }
+            }
             Some(atlas) => {
                 let passes = first..first + atlas.together().min(most).max(1);
                 let gathered = atlas.passes(&self.plan, &self.connections, passes);
@@ -189,6 +203,30 @@ impl ErrorEstimate {
     }
 }
 
+type Planned = (Plan, Connections, Option<AtlasRun>);
+
+fn plan_atlas(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Planned> {
+    let (mut plan, at) = atlas::plan(scene, settings)?;
+    let atlas = Some(AtlasRun::new(&mut plan, at, layers)?);
+    let connections = Connections::new(&plan);
+    Ok((plan, connections, atlas))
+}
+
+fn plan_picture(scene: Scene, settings: Settings) -> Result<Planned> {
+    let auto = settings.direct == Direct::Auto;
+    let mut plan = Plan::new(scene, settings);
+    if plan.settings.max_reflections.is_none()
+        && let Some(refusal) = plan.existence.refusal(&plan.scene)
+    {
+        return Err(Error::NoImage(refusal));
+    }
+    let connections = Connections::new(&plan);
+    if auto {
+        choose_direct(&mut plan, &connections);
+    }
+    Ok((plan, connections, None))
+}
+
 /// One pass on its own: its planes, and how many photons it stored. A function of (plan, pass), whatever the threads.
 pub fn render_pass(plan: &Plan, connections: &Connections, pass: u32, planes: &[Layer]) -> (PassImage, u64) {
     match plan.settings.method {
@@ -227,7 +265,7 @@ fn path_pass(plan: &Plan, strength: Strength, pass: u32, planes: &[Layer]) -> Pa
     let rows = if invisible { Rows::VisibleAndInvisible } else { Rows::Visible };
     let settings =
         PathSettings { width, height, samples_per_pixel: samples, seed, strength, rows, max_reflections };
-    let picture = trace_pass(&plan.scene, &plan.rays, &settings, pass);
+    let picture = trace_pass_until(&plan.scene, &plan.rays, &settings, pass, &plan.stop);
     let plane = |layer: Layer| match layer {
         Layer::Visible => picture.visible.clone(),
         Layer::Invisible => picture.invisible.clone().expect("traced when it is among the layers"),

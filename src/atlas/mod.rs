@@ -35,7 +35,7 @@ mod sums;
 pub use errors::{GRID, POINTS};
 pub use frontier::{Frontier, REACH, Sample};
 pub use nodes::Nodes;
-pub use run::{AtlasRun, check};
+pub use run::{AtlasRun, check, forecast, plan};
 pub use sums::AtlasSums;
 
 use crate::error::{Error, Result};

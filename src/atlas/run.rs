@@ -4,10 +4,11 @@ use super::Atlas;
 use super::frontier::Frontier;
 use super::sums::AtlasSums;
 use crate::error::{Error, Result};
-use crate::film::{Header, WrittenLayer};
+use crate::film::{Header, Layer, WrittenLayer};
 use crate::gather::{Connections, Gathered, Maps, MostOrders};
 use crate::light::{Invisible, Matrix};
-use crate::plan::{Method, PhotonPlan, Plan, Settings};
+use crate::memory::Memory;
+use crate::plan::{Method, Omittable, PhotonPlan, Plan, Settings};
 use crate::render::no_photons;
 use crate::scene::Scene;
 use crate::shoot::shoot;
@@ -82,35 +83,10 @@ impl AtlasRun {
     /// film is read at the point `at`.
     ///
     /// # Errors
-    /// No image at `at`, or matter that does not follow s and multiplies light without end.
-    pub fn new(plan: &mut Plan, at: (f32, f32)) -> Result<Self> {
-        let settings = &plan.settings;
-        let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
-        let frontier = match truncated {
-            Some(_) => Frontier::none(),
-            None => Frontier::measure(&plan.scene, &plan.existence, settings.seed),
-        };
-        let kappa = frontier.kappa(1.0);
-        if kappa.is_infinite() {
-            let refusal = plan.existence.refusal(&plan.scene);
-            return Err(Error::NoImage(refusal.expect("light multiplies")));
-        }
-        if let Some(refusal) = frontier.refusal(f64::from(at.0), f64::from(at.1)) {
-            return Err(Error::NoImage(refusal));
-        }
-        let cut = truncated.is_none() && kappa >= CERTAIN_TO_END;
-        let n = match truncated {
-            Some(most) => most,
-            None if cut => MOST_POWER,
-            None => (LEAST_KEPT.ln() / kappa.max(1e-9).ln()).ceil().clamp(1.0, f64::from(MOST_POWER)) as u8,
-        };
-        let n = super::Nodes::up_to(n).last();
-        if cut && let Some(photons) = plan.photons.take() {
-            let growth = (plan.existence.growth() / FADING).max(1.0);
-            let photons = PhotonPlan { most_orders: n, growth, ..photons };
-            plan.photons = Some(plan.with_pilot(photons));
-        }
-        let most = MostOrders { n, m: most_crossings(plan), cut };
+    /// No image at `at`, or matter that does not follow s and multiplies light without end; too little memory.
+    pub fn new(plan: &mut Plan, at: (f32, f32), layers: &[Layer]) -> Result<Self> {
+        let (most, frontier) = prepare(plan, at)?;
+        memory(plan, most, layers).check(plan.settings.memory)?;
         let size = (plan.settings.width, plan.settings.height);
         Ok(Self { sums: AtlasSums::new(size, most, at, frontier) })
     }
@@ -121,7 +97,8 @@ impl AtlasRun {
         (self.sums.passes() / 4).clamp(1, MOST_TOGETHER)
     }
 
-    /// Renders passes: what each looks like at the film's point, and how many photons it stored.
+    /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the plan is told
+    /// to [stop](Plan::stop) before the first of them is added.
     pub fn passes(
         &mut self,
         plan: &Plan,
@@ -134,6 +111,9 @@ impl AtlasRun {
             (Maps::<Invisible>::build(photons, plan, pass), stored)
         });
         let (maps, stored): (Vec<_>, Vec<u64>) = shot.unzip();
+        if plan.stop.asked() {
+            return Vec::new();
+        }
         self.sums.add_passes(plan, connections, maps, passes.start).into_iter().zip(stored).collect()
     }
 
@@ -151,6 +131,69 @@ impl AtlasRun {
     pub fn atlas(&self) -> Atlas {
         self.sums.atlas()
     }
+}
+
+/// Completes `plan` and says how far is counted, and where images exist.
+fn prepare(plan: &mut Plan, at: (f32, f32)) -> Result<(MostOrders, Frontier)> {
+    let settings = &plan.settings;
+    let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
+    let frontier = match truncated {
+        Some(_) => Frontier::none(),
+        None => Frontier::measure(&plan.scene, &plan.existence, settings.seed),
+    };
+    let kappa = frontier.kappa(1.0);
+    if kappa.is_infinite() {
+        let refusal = plan.existence.refusal(&plan.scene);
+        return Err(Error::NoImage(refusal.unwrap_or_else(|| {
+            "no image exists: light that does not follow s multiplies without end".into()
+        })));
+    }
+    if let Some(refusal) = frontier.refusal(f64::from(at.0), f64::from(at.1)) {
+        return Err(Error::NoImage(refusal));
+    }
+    let cut = truncated.is_none() && kappa >= CERTAIN_TO_END;
+    let n = match truncated {
+        Some(most) => most,
+        None if cut => MOST_POWER,
+        None => (LEAST_KEPT.ln() / kappa.max(1e-9).ln()).ceil().clamp(1.0, f64::from(MOST_POWER)) as u8,
+    };
+    let n = super::Nodes::up_to(n).last();
+    if cut && let Some(photons) = plan.photons.take() {
+        let growth = (plan.existence.growth() / FADING).max(1.0);
+        let photons = PhotonPlan { most_orders: n, growth, ..photons };
+        plan.photons = Some(plan.with_pilot(photons));
+    }
+    let most = MostOrders { n, m: most_crossings(plan), cut };
+    Ok((most, frontier))
+}
+
+/// What making an atlas will hold in memory.
+fn memory(plan: &Plan, most: MostOrders, layers: &[Layer]) -> Memory {
+    let size = (plan.settings.width, plan.settings.height);
+    Memory::of(plan, layers).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
+}
+
+/// The plan of an atlas of `scene`, which need not stand at (1, 1), and the point at which it stands.
+///
+/// # Errors
+/// What [`check`] refuses.
+pub fn plan(scene: &Scene, settings: Settings) -> Result<(Plan, (f32, f32))> {
+    check(scene, &settings)?;
+    let at = scene.point().expect("some material follows the square");
+    // Crossings are counted along every connection, also of matter that does nothing at (1, 1).
+    let counted = [Omittable::Matter, Omittable::Visibility, Omittable::Casters];
+    let keep = settings.keep.iter().copied().chain(counted).collect();
+    Ok((Plan::new(scene.at(1.0, 1.0), Settings { keep, ..settings }), at))
+}
+
+/// What making an atlas of `scene` will hold in memory.
+///
+/// # Errors
+/// As for [`AtlasRun::new`], but for want of memory.
+pub fn forecast(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Memory> {
+    let (mut plan, at) = plan(scene, settings)?;
+    let (most, _) = prepare(&mut plan, at)?;
+    Ok(memory(&plan, most, layers))
 }
 
 /// How often light crosses surfaces, all but a small share of it.

@@ -118,6 +118,12 @@ struct Row {
 }
 
 impl AtlasSums {
+    /// Bytes of the sums for a film of this size in pixels.
+    pub fn bytes((width, height): (u32, u32), most: MostOrders) -> usize {
+        let bins = Nodes::up_to(most.n).len() * Nodes::up_to(most.m).len();
+        (width as usize).div_ceil(ABREAST) * height as usize * (bins + POINTS) * size_of::<Colours>()
+    }
+
     /// Empty sums for a film of this size in pixels that is read at the point `at`.
     pub fn new((width, height): (u32, u32), most: MostOrders, at: (f32, f32), frontier: Frontier) -> Self {
         let (n, m) = (Nodes::up_to(most.n), Nodes::up_to(most.m));

@@ -1,4 +1,5 @@
 use super::check_page::page;
+use super::out::print;
 use super::scene_args::SceneArgs;
 use crate::error::{Error, Result};
 use crate::stability::{Case, Check, Effort, Outcome, cases, scene_check::check_scene};
@@ -57,7 +58,7 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
     };
     let seconds = begin.elapsed().as_secs_f64();
     if args.json {
-        println!("{}", json(&outcomes));
+        print(&format!("{}\n", json(&outcomes)))?;
     }
     if let Some(path) = &args.csv {
         write(path, csv(&outcomes))?;
@@ -66,14 +67,17 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
         write(path, page(&table(&outcomes)))?;
     }
     let failed = rows(&outcomes).filter(|(_, check)| !check.passes()).count();
-    tell(&args, || format!("{} rows, {failed} failed, in {seconds:.1} s\n", rows(&outcomes).count()));
+    if !args.json {
+        print(&format!("{} rows, {failed} failed, in {seconds:.1} s\n", rows(&outcomes).count()))?;
+    }
     Ok(ExitCode::from(u8::from(failed > 0)))
 }
 
 /// Whole lines, which standard output hands on at once; with --json it holds nothing else.
 fn tell(args: &CheckArgs, lines: impl FnOnce() -> String) {
     if !args.json {
-        print!("{}", lines());
+        // Where it cannot be written, the last line says so.
+        let _ = print(&lines());
     }
 }
 

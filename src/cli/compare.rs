@@ -1,5 +1,6 @@
 //! `halflight compare`: error against run time.
 
+use super::out::say;
 use super::render::duration;
 use super::scene_args::SceneArgs;
 use super::settings_args::size;
@@ -146,7 +147,7 @@ struct Comparing<'a> {
 impl Comparing<'_> {
     fn say(&self, line: &str) {
         if !self.args.quiet {
-            eprintln!("{line}");
+            say(format_args!("{line}"));
         }
     }
 

@@ -1,3 +1,4 @@
+use super::out::say;
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
 use crate::film::{Image, Layer, check_writable, write_image_exr, write_rgb_png};
@@ -51,13 +52,13 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     header.set("left_out", mixed.left_out);
     header.set("error_samples", atlas.groups);
     if mixed.left_out > TOLD && !args.quiet {
-        eprintln!(
+        say(format_args!(
             "warning: light of more than {} reflections, about {:.1} % of all at this point, is not in the atlas; \
              `halflight render --illumination {}` has all of it",
             atlas.n.last(),
             100.0 * mixed.left_out,
             args.at
-        );
+        ));
     }
     write_rgb_png(&png, atlas.width, atlas.height, &mixed.visible, args.exposure)?;
     let layers = vec![
@@ -66,7 +67,7 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     ];
     write_image_exr(&args.output, &Image { width: atlas.width, height: atlas.height, layers, header })?;
     if !args.quiet {
-        eprintln!("wrote {} and {}", args.output.display(), png.display());
+        say(format_args!("wrote {} and {}", args.output.display(), png.display()));
     }
     Ok(ExitCode::SUCCESS)
 }

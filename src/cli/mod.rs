@@ -7,7 +7,11 @@ pub mod diff;
 #[cfg(test)]
 mod diff_tests;
 mod diff_text;
+mod interrupt;
+mod machine;
 mod mix;
+mod out;
+mod pace;
 mod plan;
 mod progress;
 mod render;
@@ -15,7 +19,7 @@ mod scene_args;
 mod settings_args;
 mod view;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -47,24 +51,33 @@ enum Command {
 
 /// Parses the command line, runs one command, prints what went wrong as one line.
 ///
-/// Exit codes: 0 done, 1 a limit of `diff` exceeded or a promise of `check` not kept, 2 what the user gave is wrong, 3 no image exists.
+/// Exit codes: 0 done, 1 a limit of `diff` exceeded or a promise of `check` not kept, 2 what the user gave is wrong or what
+/// was to be printed could not be, 3 no image exists, 128 + n ended by signal n (130 Ctrl-C, 143 SIGTERM), with the
+/// picture so far written.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version are no errors.
-            let code = if error.use_stderr() { 2 } else { 0 };
-            let _ = error.print();
-            return ExitCode::from(code);
+            if error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::from(2);
+            }
+            return match out::told(error.print()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => failed(&error),
+            };
         }
     };
     match run(arguments.command) {
         Ok(code) => code,
-        Err(error) => {
-            eprintln!("halflight: {error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(error) => failed(&error),
     }
+}
+
+fn failed(error: &Error) -> ExitCode {
+    out::say(format_args!("halflight: {error}"));
+    ExitCode::from(error.exit_code())
 }
 
 fn run(command: Command) -> Result<ExitCode> {

@@ -1,16 +1,19 @@
+use super::machine;
+use super::out::print;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
+use crate::atlas;
 use crate::error::Result;
 use crate::film::Layer;
 use crate::forecast::{Forecast, Saving, savings};
 use crate::gather::Connections;
 use crate::measure::Existence;
+use crate::memory::words as bytes;
 use crate::pilot::choose_direct;
 use crate::plan::{Direct, Plan};
 use crate::scene::Scene;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::process::ExitCode;
 
 #[derive(Args)]
@@ -20,6 +23,10 @@ pub struct PlanArgs {
 
     #[command(flatten)]
     settings: SettingsArgs,
+
+    /// Also what the atlas of the illumination square would take, as `halflight render --atlas` makes it.
+    #[arg(long)]
+    atlas: bool,
 
     /// Print it as JSON, for programs.
     #[arg(long)]
@@ -34,27 +41,26 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let mut scene = args.scene.load()?;
     let settings = args.settings.film(settings, &mut scene);
     let auto = settings.direct == Direct::Auto;
-    let (mut plan, forecast) = Forecast::make(scene.clone(), settings, &layers);
+    let (mut plan, mut forecast) = Forecast::make(scene.clone(), settings.clone(), &layers);
     if auto {
         let connections = Connections::new(&plan);
         choose_direct(&mut plan, &connections);
     }
     let savings = savings(&scene, &plan, &forecast, &layers);
+    if args.atlas {
+        forecast.memory = atlas::forecast(&scene, settings, &layers)?;
+    }
+    let savings = savings.as_deref();
     if args.json {
-        print(&format!("{:#}\n", as_json(&scene, &plan, &forecast, &savings, &layers)));
+        print(&format!("{:#}\n", as_json(&scene, &plan, &forecast, savings, &layers)))?;
     } else {
         let notes: String = scene.notes.iter().map(|note| format!("note: {note}\n")).collect();
-        print(&(as_text(&scene, &plan, &forecast, &savings) + &notes));
+        print(&(as_text(&scene, &plan, &forecast, savings) + &notes))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whoever closes the pipe has read enough.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving]) -> String {
+fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: Option<&[Saving]>) -> String {
     let mut text = format!("{}\nscene: {}\n", plan.one_line(), facts(scene));
     text.push_str(&format!("multiplication factor: {}\n", plan.existence.describe()));
     text.extend(plan.existence.refusal(&plan.scene).map(|refusal| format!("{refusal}\n")));
@@ -62,12 +68,15 @@ fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving]) 
     for technique in plan.techniques() {
         text.push_str(&format!("{}: {}, {}\n", technique.paths, technique.by, technique.because));
     }
-    for (omission, saving) in plan.omissions.iter().zip(savings) {
-        text.push_str(&format!("left out {}: {} ({})\n", omission.name, omission.reason, saved(saving)));
+    for (i, omission) in plan.omissions.iter().enumerate() {
+        let saved = savings.map_or("a pass takes too long to try what it saves".into(), |all| saved(&all[i]));
+        text.push_str(&format!("left out {}: {} ({saved})\n", omission.name, omission.reason));
     }
     let memory = forecast.memory;
+    let atlas =
+        if memory.atlas > 0 { format!("atlas {}, ", bytes(memory.atlas as f64)) } else { String::new() };
     text.push_str(&format!(
-        "memory: about {} (planning {}; scene {}, index {}, film {}, photons {}, pass {})\n",
+        "memory: about {} (planning {}; scene {}, index {}, film {}, {atlas}photons {}, pass {})\n",
         bytes(memory.total() as f64),
         bytes(memory.planning as f64),
         bytes(memory.scene as f64),
@@ -76,6 +85,7 @@ fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving]) 
         bytes(memory.photons as f64),
         bytes(memory.pass as f64),
     ));
+    text.extend(memory.refusal(machine::memory()).map(|refusal| format!("refused: {refusal}\n")));
     let pass = forecast.pass;
     let share = |part: f64| (100.0 * part / pass.total()).round();
     if pass.total() > 0.0 {
@@ -93,7 +103,13 @@ fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving]) 
     text
 }
 
-fn as_json(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving], layers: &[Layer]) -> Value {
+fn as_json(
+    scene: &Scene,
+    plan: &Plan,
+    forecast: &Forecast,
+    savings: Option<&[Saving]>,
+    layers: &[Layer],
+) -> Value {
     let k = match &plan.existence {
         Existence::Certain { at_most, .. } => json!({ "at_most": at_most }),
         Existence::Measured(m) => {
@@ -103,10 +119,12 @@ fn as_json(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving], 
     let omissions: Vec<Value> = plan
         .omissions
         .iter()
-        .zip(savings)
-        .map(|(omission, saving)| {
-            let saves = json!({
-                "pass_share": saving.pass, "planning_seconds": saving.planning, "bytes": saving.bytes,
+        .enumerate()
+        .map(|(i, omission)| {
+            let saves = savings.map(|all| &all[i]).map(|saving| {
+                json!({
+                    "pass_share": saving.pass, "planning_seconds": saving.planning, "bytes": saving.bytes,
+                })
             });
             json!({ "name": omission.name, "reason": omission.reason, "saves": saves })
         })
@@ -149,8 +167,9 @@ fn as_json(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: &[Saving], 
         "techniques": techniques,
         "omissions": omissions,
         "memory_bytes": {
-            "total": memory.total(), "scene": memory.scene, "index": memory.index, "film": memory.film,
+            "total": memory.total(), "scene": memory.scene, "index": memory.index, "film": memory.film, "atlas": memory.atlas,
             "photons": memory.photons, "pass": memory.pass, "planning": memory.planning,
+            "limit": machine::memory().map(|limit| limit.bytes),
         },
         "processor_seconds": {
             "planning": forecast.planning, "pass": pass.total(), "shoot": pass.shoot, "maps": pass.maps,
@@ -187,15 +206,6 @@ fn saved(saving: &Saving) -> String {
         "saves nothing that could be measured here".into()
     } else {
         format!("saves: {}", words.join(", "))
-    }
-}
-
-fn bytes(bytes: f64) -> String {
-    match bytes {
-        b if b < 1e4 => format!("{b:.0} B"),
-        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
-        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
-        b => format!("{:.2} GB", b / 1e9),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a user sees while a render runs: a bar on a terminal, quiet lines in a log.
 
+use super::out::say;
 use super::render::Limits;
 use crate::render::{ErrorEstimate, Render};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -28,7 +29,7 @@ impl Progress {
         let out = if quiet {
             Out::Quiet
         } else {
-            eprintln!("{}", render.plan().one_line());
+            say(format_args!("{}", render.plan().one_line()));
             if std::io::stderr().is_terminal() {
                 let bar = ProgressBar::new(STEPS);
                 let style = ProgressStyle::with_template("{bar:30} {msg}").expect("a fixed template");
@@ -49,7 +50,7 @@ impl Progress {
             Out::Quiet => {}
             Out::Lines if elapsed < self.next_line => {}
             Out::Lines => {
-                eprintln!("{}", self.line(passes, elapsed, error, done));
+                say(format_args!("{}", self.line(passes, elapsed, error, done)));
                 // Lines grow rarer, so that a log of an hour has tens of them.
                 self.next_line = elapsed.mul_f64(1.5).max(elapsed + Duration::from_secs(1));
             }
@@ -66,8 +67,8 @@ impl Progress {
         }
         if !matches!(self.out, Out::Quiet) {
             let error = render.error();
-            eprintln!("{}", self.line(render.film().passes(), elapsed, error, 1.0));
-            eprintln!("wrote {} and {}", exr.display(), png.display());
+            say(format_args!("{}", self.line(render.film().passes(), elapsed, error, 1.0)));
+            say(format_args!("wrote {} and {}", exr.display(), png.display()));
         }
     }
 

@@ -1,3 +1,7 @@
+use super::interrupt::Interrupt;
+use super::machine;
+use super::out::say;
+use super::pace::Pace;
 use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
@@ -6,10 +10,9 @@ use crate::film::{Compression, WrittenLayer, check_writable, write_exr, write_la
 use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Render};
 use clap::Args;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 #[derive(Args)]
@@ -28,7 +31,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     passes: Option<u32>,
 
-    /// Stop after so much time, as in 30s, 5m, 1h.
+    /// Stop after so much time, as in 30s, 5m, 1h. Passes are made of fewer photons (or samples) where one would take more
+    /// than a tenth of it; one that has not ended soon after the time is dropped. The first is always completed.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
 
@@ -37,7 +41,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     error: Option<f64>,
 
-    /// Threads; the picture does not depend on it. Default: all processors.
+    /// Threads, at most four for each processor; the picture does not depend on it. Default: one for each processor.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 
@@ -74,36 +78,51 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     }
     check_writable(&args.output)?;
     check_writable(&png)?;
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()
-            .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
+    if let Some(asked) = args.threads {
+        start_threads(asked, args.quiet)?;
     }
     let begin = Instant::now();
+    let interrupt = Interrupt::listen();
     let mut scene = args.scene.load()?;
     let settings = args.settings.film(settings, &mut scene);
-    if !args.quiet {
-        scene.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    let tell = |line: &dyn Display| {
+        if !args.quiet {
+            say(line)
+        }
+    };
+    scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
+    let settings = Settings { atlas: args.atlas, memory: machine::memory(), ..settings };
+    let mut render = Render::new(scene, settings, &layers)?;
+    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.atlas) {
+        tell(&format_args!("warning: {warning}"));
     }
-    let mut render = Render::new(scene, Settings { atlas: args.atlas, ..settings }, &layers)?;
-    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.quiet && !args.atlas) {
-        eprintln!("warning: {warning}");
+    if let Some(atlas) = render.atlas_run() {
+        tell(&atlas.describe());
     }
-    if let Some(atlas) = render.atlas_run().filter(|_| !args.quiet) {
-        eprintln!("{}", atlas.describe());
+    let mut pace = Pace::new(begin, args.time);
+    if let Some(line) = pace.fit(&mut render) {
+        tell(&format_args!("note: {line}"));
     }
-    let stop = stop_on_interrupt();
     let mut progress = Progress::new(args.quiet, &render, &args.limits());
     let mut next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
     loop {
-        let left =
-            args.limits().passes.map_or(u32::MAX, |limit| limit.saturating_sub(render.film().passes()));
-        render.passes(left);
+        let done = render.film().passes();
+        let left = args.limits().passes.map_or(u32::MAX, |limit| limit.saturating_sub(done));
+        let most = left.min(pace.most(done));
+        if most == 0 {
+            break;
+        }
+        render.stop_at(interrupt.stop().at(pace.deadline(done)));
+        let passing = Instant::now();
+        if render.passes(most) == 0 {
+            break; // the pass under way was dropped
+        }
+        pace.took(passing.elapsed().as_secs_f64());
+        interrupt.begun();
         let elapsed = begin.elapsed();
         let error = render.error();
         progress.show(&render, elapsed, error);
-        if stop.load(Ordering::Relaxed) || args.limits().reached(render.film().passes(), elapsed, error) {
+        if interrupt.stop().is_wished() || args.limits().reached(render.film().passes(), elapsed, error) {
             break;
         }
         if elapsed >= next_write {
@@ -115,7 +134,16 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     }
     write(&render, &args.output, &png, args.exposure)?;
     progress.finish(&render, begin.elapsed(), &args.output, &png);
-    Ok(ExitCode::SUCCESS)
+    Ok(interrupt.exit_code().map_or(ExitCode::SUCCESS, ExitCode::from))
+}
+
+fn start_threads(asked: u16, quiet: bool) -> Result<()> {
+    let (threads, fewer) = machine::threads(asked);
+    if let Some(processors) = fewer.filter(|_| !quiet) {
+        say(format_args!("note: --threads {asked}: for {processors} processors {threads} are used"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build_global().map_err(|why| Error::Usage(format!("--threads {asked}: {why}")))
 }
 
 fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
@@ -166,19 +194,6 @@ impl RenderArgs {
             error: self.error,
         }
     }
-}
-
-/// Ctrl-C and SIGTERM end the render after the pass under way; a second one ends it at once.
-fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // Without a handler Ctrl-C ends the program at once and the last file written stays: nothing is lost.
-    let _ = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    stop
 }
 
 pub(super) fn duration(text: &str) -> std::result::Result<Duration, String> {

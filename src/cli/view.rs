@@ -1,3 +1,4 @@
+use super::out::say;
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
 use crate::film::{check_writable, replace_file};
@@ -42,13 +43,13 @@ pub fn run(args: &ViewArgs) -> Result<ExitCode> {
         } else {
             String::new()
         };
-        eprintln!(
+        say(format_args!(
             "wrote {}: {:.1} MB, {} components, {:.2} % from the atlas{smaller}",
             args.output.display(),
             1e-6 * page.html.len() as f64,
             page.components,
             100.0 * page.off
-        );
+        ));
     }
     Ok(ExitCode::SUCCESS)
 }

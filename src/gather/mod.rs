@@ -88,7 +88,8 @@ const CERTAIN_DELTA_CHAIN: u32 = 32;
 /// Survival probability of each further one.
 const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 
-/// Gathers one pass: one camera path through a random point of each pixel.
+/// Gathers one pass: one camera path through a random point of each pixel. That of a plan that was told to
+/// [stop](Plan::stop) is incomplete.
 pub fn gather<P: Power, const R: usize>(
     plan: &Plan,
     connections: &Connections,
@@ -114,6 +115,9 @@ pub fn gather<P: Power, const R: usize>(
         };
         let mut tile = Vec::with_capacity(TILE * TILE_WIDTH);
         for left in (0..width).step_by(TILE_WIDTH) {
+            if plan.stop.asked() {
+                return;
+            }
             let right = (left + TILE_WIDTH).min(width);
             tile.clear();
             for y in band * TILE..band * TILE + rows.len() / width {

@@ -19,6 +19,7 @@ pub use arrival::{Arrival, arriving_power};
 
 use crate::rays::Rays;
 use crate::scene::Scene;
+use crate::stop::Stop;
 use glam::Vec3;
 use luminaires::Luminaires;
 use numbers::Samples;
@@ -81,6 +82,17 @@ pub struct Picture {
 /// Pixels are boxes. In matter whose series diverges (DESIGN §1, k ≥ 1) the pass still ends, but its numbers mean
 /// nothing unless `max_reflections` is set.
 pub fn trace_pass(scene: &Scene, rays: &Rays, settings: &PathSettings, pass: u32) -> Picture {
+    trace_pass_until(scene, rays, settings, pass, &Stop::default())
+}
+
+/// The same, unless it is told to stop: then the picture is incomplete.
+pub fn trace_pass_until(
+    scene: &Scene,
+    rays: &Rays,
+    settings: &PathSettings,
+    pass: u32,
+    stop: &Stop,
+) -> Picture {
     let luminaires = match settings.strength {
         Strength::Plain => Luminaires::default(),
         Strength::NextEvent => Luminaires::new(scene),
@@ -88,11 +100,11 @@ pub fn trace_pass(scene: &Scene, rays: &Rays, settings: &PathSettings, pass: u32
     let walk = Walk::new(scene, rays, &luminaires, settings.max_reflections);
     match settings.rows {
         Rows::Visible => {
-            let pixels = trace_pixels(&walk, Reads::visible(), settings, pass);
+            let pixels = trace_pixels(&walk, Reads::visible(), settings, pass, stop);
             picture(&pixels, None)
         }
         Rows::VisibleAndInvisible => {
-            let pixels = trace_pixels(&walk, Reads::visible_and_invisible(), settings, pass);
+            let pixels = trace_pixels(&walk, Reads::visible_and_invisible(), settings, pass, stop);
             picture(&pixels, Some(1))
         }
     }
@@ -110,6 +122,7 @@ fn trace_pixels<const N: usize>(
     start: Reads<N>,
     settings: &PathSettings,
     pass: u32,
+    stop: &Stop,
 ) -> Vec<Reading<N>> {
     let PathSettings { width, height, samples_per_pixel, seed, .. } = *settings;
     let view = walk.scene.camera.view(width as f32 / height as f32);
@@ -118,6 +131,9 @@ fn trace_pixels<const N: usize>(
         let mut sum = Reading::ZERO;
         let samples = Samples::of_pixel(seed, pass, pixel, samples_per_pixel);
         for mut numbers in samples.iter() {
+            if stop.asked() {
+                break;
+            }
             let [dx, dy] = numbers.next();
             let (x, y) = ((column + dx) / width as f32, (row + dy) / height as f32);
             let (origin, direction) = view.ray(x, y);

@@ -17,15 +17,18 @@ pub use describe::Technique;
 pub use lines::Visibility;
 pub(crate) use lines::summed_and_others;
 pub use omission::{Omission, Omittable};
-pub use photons::{PhotonClasses, PhotonPlan};
+pub(crate) use photons::MAX_DEPOSITS;
+pub use photons::{PerPath, PhotonClasses, PhotonPlan};
 pub use settings::{Direct, LEVELS, Method, Settings};
 
 use crate::measure::Existence;
 use crate::rays::Rays;
 use crate::rims::Rims;
 use crate::scene::Scene;
+use crate::stop::Stop;
 use flow::Flow;
 use lines::Through;
+use photons::crowd;
 
 /// What will be done, and what not.
 pub struct Plan {
@@ -51,6 +54,8 @@ pub struct Plan {
     pub direct_because: String,
     /// [`Scene::hash`] of the scene that was given.
     pub scene_hash: u64,
+    /// Looked at within a pass.
+    pub stop: Stop,
     /// The triangles that cast shadows, where they are not all.
     casters: Option<Rays>,
     through: Through,
@@ -60,7 +65,12 @@ impl Plan {
     /// Looks at the scene once and decides.
     ///
     /// Where [`Direct::Auto`] is asked for it takes connections; a pilot may change that.
-    pub fn new(mut scene: Scene, mut settings: Settings) -> Self {
+    pub fn new(scene: Scene, settings: Settings) -> Self {
+        Self::with_existence(scene, settings, None)
+    }
+
+    /// The same, where it is known already whether there is an image.
+    pub fn with_existence(mut scene: Scene, mut settings: Settings, known: Option<Existence>) -> Self {
         let scene_hash = scene.hash();
         let direct_because = match settings.direct {
             Direct::Auto => "few luminaires",
@@ -75,7 +85,7 @@ impl Plan {
         }
         let rays = shrink::media(Rays::build(&scene), &scene, &settings, &mut omissions);
         let always = settings.keeps(Omittable::Existence);
-        let existence = Existence::of(&scene, &rays, settings.seed, always);
+        let existence = known.unwrap_or_else(|| Existence::of(&scene, &rays, settings.seed, always));
         if let Existence::Certain { reason, .. } = &existence
             && !always
         {
@@ -95,6 +105,7 @@ impl Plan {
                 omissions,
                 direct_because: direct_because.into(),
                 scene_hash,
+                stop: Stop::default(),
                 casters: None,
                 through: Through::ALL,
             };
@@ -106,7 +117,7 @@ impl Plan {
         let (visibility, casters) = lines::visibility(&scene, &flow, &settings, &mut omissions);
         let closed_form = lines::closed_form(&scene, &settings, visibility, &mut omissions);
         let photons = photons::photon_plan(&scene, &flow, &settings, &mut omissions)
-            .map(|photons| PhotonPlan { growth: existence.growth(), ..photons });
+            .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
         let endless = existence.is_refuted() && settings.max_reflections.is_none();
         let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
         let mut plan = Self {
@@ -121,6 +132,7 @@ impl Plan {
             omissions,
             direct_because: direct_because.into(),
             scene_hash,
+            stop: Stop::default(),
             casters,
             through,
         };

@@ -3,6 +3,7 @@
 use super::flow::Flow;
 use super::omission::{Omission, Omittable};
 use super::{Direct, Plan, Settings};
+use crate::measure::Existence;
 use crate::scene::Scene;
 use crate::shoot::{Guide, PathClass};
 
@@ -59,16 +60,49 @@ pub struct PhotonPlan {
     pub both_halves: bool,
     /// Where paths start denser than their power asks for, because caustics begin there.
     pub guide: Option<Guide>,
+    /// Lines of one path after which fewer and fewer are born: no path goes on for ever.
+    pub crowd: u32,
+    /// What a path comes to in the mean, as far as a pilot can tell.
+    pub per_path: PerPath,
+}
+
+/// What a path comes to in the mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PerPath {
+    /// Straight lines followed.
+    pub lines: f64,
+    /// Photons deposited, all of them.
+    pub deposits: f64,
+}
+
+impl PhotonPlan {
+    /// The same with another number of paths.
+    pub(crate) fn with_paths(self, paths: u32) -> Self {
+        let deposits = f64::from(paths) * self.per_path.deposits;
+        Self { paths, keep: (MAX_DEPOSITS / deposits).min(1.0) as f32, ..self }
+    }
+
+    /// Photons that a pass will store.
+    pub fn stored(&self) -> f64 {
+        f64::from(self.paths) * self.per_path.deposits * f64::from(self.keep)
+    }
 }
 
 /// Paths per pass where nothing else speaks: one for each pixel of the default film.
 const DEFAULT_PATHS: u32 = 262_144;
 /// Deposits of one pass that are kept at the most; about 60 bytes each while the map is built.
-const MAX_DEPOSITS: f64 = 4.0e6;
-/// Paths of the pilot that counts deposits per path: the most, fewer where paths are long, the fewest.
-const PILOT_PATHS: [u32; 2] = [16, 8_192];
-/// Reflections of the pilot, about.
-const PILOT_REFLECTIONS: f64 = 1.0e5;
+pub(crate) const MAX_DEPOSITS: f64 = 4.0e6;
+/// Lines of one pass at the most, where the plan chooses: half a minute of a processor.
+const MAX_LINES: f64 = 3.2e7;
+/// Paths of the pilot that counts deposits per path: the most, fewer where paths are long, so many at least where they are
+/// not of the longest.
+const PILOT_PATHS: [f64; 2] = [16.0, 8_192.0];
+/// Reflections of the pilot, about; and where those of the fewest paths would be more than this, it has fewer.
+const PILOT_REFLECTIONS: [f64; 2] = [1.0e5, 4.0e5];
+/// Lines of one path that a series of ordinary length never comes near to.
+const CROWD: f64 = 65_536.0;
+/// And of a long one, in units of its length: paths fade for six of them before chance ends them, as exp(−lengths).
+const CROWD_LENGTHS: f64 = 64.0;
 
 /// None: no photons at all.
 pub(super) fn photon_plan(
@@ -116,6 +150,8 @@ pub(super) fn photon_plan(
         most_orders: u8::MAX,
         both_halves,
         guide: None,
+        crowd: u32::MAX,
+        per_path: PerPath::default(),
     })
 }
 
@@ -144,21 +180,33 @@ impl Plan {
     pub(crate) fn with_pilot(&self, mut photons: PhotonPlan) -> PhotonPlan {
         photons.guide = Guide::learn(self, &photons);
         let wanted = self.settings.paths.unwrap_or(DEFAULT_PATHS);
+        let length = self.existence.length();
         let [fewest, most] = PILOT_PATHS;
-        let pilot = (PILOT_REFLECTIONS / self.existence.length()) as u32;
-        photons.paths = wanted.min(pilot.clamp(fewest, most));
-        let pilot = crate::shoot::shoot::<crate::light::Light>(self, &photons, u32::MAX);
-        let deposits: usize = pilot.by_class.iter().map(Vec::len).sum();
-        let per_path = deposits as f64 / f64::from(photons.paths.max(1));
-        let affordable = MAX_DEPOSITS / per_path.max(1e-9);
+        let [short, long] = PILOT_REFLECTIONS.map(|reflections| reflections / length);
+        let pilot = short.clamp(fewest.min(long.max(1.0)), most) as u32;
+        // Counted, not kept.
+        let pilot = PhotonPlan { paths: wanted.min(pilot), keep: 0.0, ..photons.clone() };
+        let ledger = crate::shoot::shoot::<crate::light::Light>(self, &pilot, u32::MAX).ledger;
+        let each = |count: u64| count as f64 / f64::from(pilot.paths);
+        photons.per_path = PerPath { lines: each(ledger.lines), deposits: each(ledger.deposits) };
+        let affordable = MAX_DEPOSITS / photons.per_path.deposits.max(1e-9);
         photons.paths = wanted;
-        if f64::from(wanted) > affordable {
-            match self.settings.paths {
-                // The user's number of paths stands; some of their deposits are thinned.
-                Some(_) => photons.keep = (affordable / f64::from(wanted)) as f32,
-                None => photons.paths = (affordable as u32).max(1),
+        match self.settings.paths {
+            // The user's number of paths stands; some of their deposits are thinned.
+            Some(_) if f64::from(wanted) > affordable => {
+                photons.keep = (affordable / f64::from(wanted)) as f32;
+            }
+            Some(_) => {}
+            None => {
+                let affordable = affordable.min(MAX_LINES / photons.per_path.lines.max(1.0));
+                photons.paths = wanted.min(affordable as u32).max(1);
             }
         }
         photons
     }
+}
+
+/// Lines of one path after which it is thinned.
+pub(super) fn crowd(existence: &Existence) -> u32 {
+    (CROWD_LENGTHS * existence.length()).max(CROWD) as u32
 }

@@ -1,6 +1,7 @@
 //! What the user asked for, resolved.
 
 use super::omission::Omittable;
+use crate::memory::MemoryLimit;
 
 /// What the user asked for, resolved.
 #[derive(Clone, Debug)]
@@ -34,6 +35,8 @@ pub struct Settings {
     pub keep: Vec<Omittable>,
     /// Also make the [atlas](crate::atlas): every picture of the illumination square.
     pub atlas: bool,
+    /// What takes more memory than this is refused. None: no limit is known.
+    pub memory: Option<MemoryLimit>,
 }
 
 /// Gather radii of caustics.
@@ -117,6 +120,7 @@ impl Default for Settings {
             keep_everything: false,
             keep: Vec::new(),
             atlas: false,
+            memory: None,
         }
     }
 }

@@ -47,15 +47,15 @@ impl Guide {
         let led_to_caustics: Vec<Option<usize>> = (0..LESSONS)
             .into_par_iter()
             .map_init(
-                || Walk::<Light>::new(plan, photon_plan),
+                || Walk::<Light>::new(plan, photon_plan, LESSONS),
                 |walk, path| {
                     let rng = Rng::new(plan.settings.seed, Stream::Shoot, u32::MAX, u64::from(path));
                     let u = sobol.point(path, 0);
-                    let stored =
-                        |walk: &Walk<'_, Light>| walk.photons.by_class[PathClass::Caustic as usize].len();
-                    let before = stored(walk);
+                    // What one path leaves behind must not matter to the next.
+                    walk.forget();
                     walk.follow(emitters.emit(LESSONS, u), rng);
-                    (stored(walk) > before).then(|| {
+                    let caustic = &walk.photons.by_class[PathClass::Caustic as usize];
+                    (!caustic.is_empty()).then(|| {
                         let aim = emitters.aim(u[0]);
                         let place = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
                         (place(u[0], SLABS) * SIDE + place(u[aim], SIDE)) * SIDE + place(u[aim + 1], SIDE)

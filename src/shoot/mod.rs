@@ -1,6 +1,7 @@
 //! Luminaires → photons: the light-shooting half of the method, DESIGN "Shoot".
 
 mod beam;
+mod crowd;
 mod emission;
 mod guide;
 
@@ -15,6 +16,7 @@ use crate::plan::{LEVELS, PhotonClasses, PhotonPlan, Plan, Settings};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, hash};
 use crate::scene::{Material, SurfacePoint, View};
+use crowd::Crowd;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -110,6 +112,8 @@ pub struct Ledger {
     pub created: f64,
     /// Lines traced.
     pub lines: u64,
+    /// Photons that arrived where they are deposited, thinned ones among them.
+    pub deposits: u64,
 }
 
 impl Ledger {
@@ -120,6 +124,7 @@ impl Ledger {
         self.roulette += other.roulette;
         self.created += other.created;
         self.lines += other.lines;
+        self.deposits += other.deposits;
     }
 }
 
@@ -135,7 +140,10 @@ const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 /// as long on average and its sum varies by 1/256 instead of by itself: ten thousand times the efficiency.
 const LEAST_FADING: f32 = 1.0 / 256.0;
 
-/// Shoots the photons of one pass.
+/// Lines of one path between looks whether to stop.
+const LINES_UNWATCHED: u64 = 1024;
+
+/// Shoots the photons of one pass. Those of a plan that was told to [stop](Plan::stop) are incomplete.
 pub fn shoot<P: Power>(plan: &Plan, photon_plan: &PhotonPlan, pass: u32) -> Photons<P> {
     let Some(emitters) = Emitters::<P>::new(&plan.scene) else {
         return Photons { by_class: Default::default(), ledger: Ledger::default() };
@@ -147,8 +155,11 @@ pub fn shoot<P: Power>(plan: &Plan, photon_plan: &PhotonPlan, pass: u32) -> Phot
         .into_par_iter()
         .map(|task| {
             let first = task * PATHS_PER_TASK;
-            let mut walk = Walk::new(plan, photon_plan);
+            let mut walk = Walk::new(plan, photon_plan, tasks);
             for path in first..(first + PATHS_PER_TASK).min(paths) {
+                if plan.stop.asked() {
+                    break;
+                }
                 let rng = Rng::new(plan.settings.seed, Stream::Shoot, pass, u64::from(path));
                 let u = sobol.point(path, 0);
                 walk.follow(
@@ -206,14 +217,23 @@ struct Walk<'a, P> {
     levels: Levels,
     stack: Vec<Line<P>>,
     hits: Vec<Hit>,
+    crowd: Crowd,
     photons: Photons<P>,
 }
 
 impl<'a, P: Power> Walk<'a, P> {
-    fn new(plan: &'a Plan, photon_plan: &'a PhotonPlan) -> Self {
+    /// Of one of `tasks` that share out the paths.
+    fn new(plan: &'a Plan, photon_plan: &'a PhotonPlan, tasks: u32) -> Self {
+        let crowd = Crowd::new(photon_plan, tasks);
         let photons = Photons { by_class: Default::default(), ledger: Ledger::default() };
         let levels = Levels::of(plan, photon_plan);
-        Self { plan, photon_plan, levels, stack: Vec::new(), hits: Vec::new(), photons }
+        Self { plan, photon_plan, levels, stack: Vec::new(), hits: Vec::new(), crowd, photons }
+    }
+
+    /// Drops what was deposited.
+    fn forget(&mut self) {
+        self.photons.by_class.iter_mut().for_each(Vec::clear);
+        self.crowd.kept = 0;
     }
 
     fn follow(&mut self, emitted: Emitted<P>, mut rng: Rng) {
@@ -231,7 +251,13 @@ impl<'a, P: Power> Walk<'a, P> {
             orders: Orders::default(),
             beam,
         });
+        self.crowd.lines = 0;
         while let Some(line) = self.stack.pop() {
+            self.crowd.lines += 1;
+            if self.crowd.lines.is_multiple_of(LINES_UNWATCHED) && self.plan.stop.asked() {
+                self.stack.clear();
+                break;
+            }
             self.follow_line(line, unit, &mut rng);
         }
     }
@@ -273,10 +299,12 @@ impl<'a, P: Power> Walk<'a, P> {
         if !normals.same_side(from, from) {
             return;
         }
-        let keep = self.photon_plan.keep;
-        if keep < 1.0 && rng.f32() >= keep {
+        self.photons.ledger.deposits += 1;
+        let keep = self.photon_plan.keep * self.crowd.kept();
+        if keep < 1.0 && (keep == 0.0 || rng.f32() >= keep) {
             return;
         }
+        self.crowd.kept += 1;
         let normal = if normals.is_front(from) { normals.geometric } else { -normals.geometric };
         let power = power.scaled(normals.arrival(from) / keep);
         assert!(power.light().is_finite(), "a photon's power is not finite: {:?}", power.light());
@@ -317,7 +345,7 @@ impl<'a, P: Power> Walk<'a, P> {
         // falls with them for a while: the length of a path is then no matter of chance until little is left of it.
         let fading = self.photon_plan.growth.powi(line.reflections as i32 + 1).max(LEAST_FADING);
         let unit = unit * fading;
-        let survival = (child.total() / unit).min(1.0) * forced;
+        let survival = (child.total() / unit).min(1.0) * forced * self.crowd.born(self.stack.len());
         let expected = f64::from(child.total());
         if survival == 0.0 || rng.f32() >= survival {
             self.photons.ledger.roulette -= expected;

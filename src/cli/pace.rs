@@ -1,0 +1,115 @@
+//! Keeps a render to the time that was asked for.
+//!
+//! Passes are whole: what is cut off by the clock is dropped, and what decides is the time alone, never what a pass shows, so
+//! that the mean over passes stays unbiased.
+
+use crate::render::Render;
+use std::time::{Duration, Instant};
+
+/// A pass takes no more than this share of the time, as far as fewer photons help.
+const SHARE: f64 = 0.1;
+/// A pass that would end later than this share of the time is not begun.
+const NOT_BEGUN: f64 = 1.05;
+/// One that has not ended by then is dropped, unless it is the first.
+const DROPPED: f64 = 1.08;
+
+/// The time of one render.
+pub struct Pace {
+    begin: Instant,
+    time: Option<Duration>,
+    /// Seconds that passes took.
+    passing: f64,
+}
+
+impl Pace {
+    /// From `begin`, for so long; None: for ever.
+    pub fn new(begin: Instant, time: Option<Duration>) -> Self {
+        Self { begin, time, passing: 0.0 }
+    }
+
+    /// Makes passes small enough for the time. Returns a line about it where it changes something.
+    pub fn fit(&self, render: &mut Render) -> Option<String> {
+        let time = self.time?;
+        // Planning may have taken all of it.
+        let left = time.saturating_sub(self.begin.elapsed()).max(time.mul_f64(SHARE)).as_secs_f64();
+        let size = render.pass_size();
+        let pass = render.seconds_of_a_pass();
+        let shoots = render.plan().photons.is_some();
+        // Photons can be fewer, and so can camera samples of path tracers; with photons there is one for each pixel.
+        let (scales, stays) = if shoots { (pass.shoot + pass.maps, pass.gather) } else { (pass.gather, 0.0) };
+        let wanted = scaled(scales, stays, left)?;
+        let fitting = ((wanted * f64::from(size)) as u32).max(1);
+        let what = if shoots { "photon paths" } else { "samples a pixel" };
+        let longer = (stays + scales * f64::from(fitting) / f64::from(size) > left)
+            .then(|| format!(", and the first pass may take longer than that: it is completed all the same"));
+        if fitting < size {
+            render.set_pass_size(fitting);
+        } else {
+            longer.as_ref()?;
+        }
+        Some(format!(
+            "passes have {fitting} {what} (not {size}) to keep to --time{}",
+            longer.unwrap_or_default()
+        ))
+    }
+
+    /// How many passes may be begun now, of which `done` are complete; the first always may.
+    pub fn most(&self, done: u32) -> u32 {
+        let Some(time) = self.time.filter(|_| done > 0) else { return u32::MAX };
+        let left = NOT_BEGUN * time.as_secs_f64() - self.begin.elapsed().as_secs_f64();
+        (left * f64::from(done) / self.passing) as u32
+    }
+
+    /// When passes under way are dropped, if `done` are complete.
+    pub fn deadline(&self, done: u32) -> Option<Instant> {
+        self.time.filter(|_| done > 0).map(|time| self.begin + time.mul_f64(DROPPED))
+    }
+
+    /// Passes took so long.
+    pub fn took(&mut self, seconds: f64) {
+        self.passing += seconds;
+    }
+}
+
+/// By what to multiply photons so that a pass fits well into the time `left`: seconds that are in proportion to them, and
+/// others. None: it does as it is.
+fn scaled(scales: f64, stays: f64, left: f64) -> Option<f64> {
+    if scales + stays <= SHARE * left || scales == 0.0 {
+        return None;
+    }
+    // Where the rest takes long it would be idle to shoot much less than that.
+    let wanted = (SHARE * left - stays).max(stays.min(left - stays)).max(0.0);
+    Some(wanted / scales)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_are_as_large_as_the_time_allows() {
+        assert_eq!(scaled(0.5, 0.3, 10.0), None);
+        // A tenth of the time, of which gathering takes its part.
+        assert_eq!(scaled(20.0, 0.25, 10.0), Some(0.75 / 20.0));
+        // Gathering takes more than a tenth: as much again for photons.
+        assert_eq!(scaled(20.0, 2.0, 10.0), Some(0.1));
+        // It takes nearly all: what is left.
+        assert_eq!(scaled(20.0, 8.0, 10.0), Some(0.1));
+        // It takes more than there is.
+        assert_eq!(scaled(20.0, 12.0, 10.0), Some(0.0));
+    }
+
+    #[test]
+    fn no_pass_is_begun_that_would_end_late() {
+        let hour = Duration::from_secs(3600);
+        let begin = Instant::now().checked_sub(hour).expect("a clock that runs");
+        let mut pace = Pace::new(begin, Some(hour));
+        assert_eq!((pace.most(0), pace.deadline(0)), (u32::MAX, None));
+        pace.took(3500.0);
+        // 180 seconds are left of 1.05 hours.
+        assert_eq!((pace.most(20), pace.most(40)), (1, 2));
+        assert_eq!(pace.most(10), 0);
+        assert_eq!(pace.deadline(1), Some(begin + hour.mul_f64(DROPPED)));
+        assert_eq!((Pace::new(begin, None).most(7), Pace::new(begin, None).deadline(7)), (u32::MAX, None));
+    }
+}

@@ -1,0 +1,135 @@
+//! What a render will hold in memory, and whether the machine has as much.
+
+use crate::error::{Error, Result};
+use crate::film::{Film, Layer};
+use crate::gather::Pixel;
+use crate::light::{Invisible, Light};
+use crate::plan::{Plan, Settings};
+use crate::shoot::Photon;
+use glam::Vec3;
+
+/// Bytes that a render holds, good to a third.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Triangles, vertices, normals.
+    pub scene: usize,
+    /// The index of triangles, that of shadow casters, and the rims of surfaces.
+    pub index: usize,
+    /// Sums over passes.
+    pub film: usize,
+    /// Sums of the atlas, where one is made.
+    pub atlas: usize,
+    /// The photons of one pass, while their map is built.
+    pub photons: usize,
+    /// The pixels of one pass.
+    pub pass: usize,
+    /// What loading and indexing hold besides, before the first pass.
+    pub planning: usize,
+}
+
+/// Memory that a render may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryLimit {
+    /// Bytes.
+    pub bytes: u64,
+    /// Who sets it, as in "this machine has".
+    pub of: &'static str,
+}
+
+/// The program itself, its threads and the files it writes: measured, a render of one pixel.
+const PROGRAM: usize = 12_000_000;
+/// For each triangle while a scene is read and its index is built: measured on half a million triangles.
+const PER_TRIANGLE: usize = 400;
+
+impl Memory {
+    /// Of a planned render without an atlas.
+    pub fn of(plan: &Plan, layers: &[Layer]) -> Self {
+        let (stored, both) =
+            plan.photons.as_ref().map_or((0.0, false), |photons| (photons.stored(), photons.both_halves));
+        let photon = if both { size_of::<Photon<Light>>() } else { size_of::<Photon<Invisible>>() };
+        // Twice while they are put in order, with a sort key, a position and a place in the tree.
+        let photons = stored * (2 * photon + 16 + 12 + 16) as f64;
+        Self {
+            scene: plan.scene.mesh.bytes(),
+            index: plan.index_bytes(),
+            photons: photons as usize,
+            planning: PER_TRIANGLE * plan.scene.mesh.triangles.len(),
+            ..Self::of_pixels(&plan.settings, layers)
+        }
+    }
+
+    /// The part that is known before there is a plan.
+    pub fn of_pixels(settings: &Settings, layers: &[Layer]) -> Self {
+        let Settings { width, height, invisible, .. } = *settings;
+        let pixels = width as usize * height as usize;
+        let pixel = if invisible { size_of::<Pixel<2>>() } else { size_of::<Pixel<1>>() };
+        let planes = layers.len().max(1) + 1;
+        Self {
+            film: Film::bytes(width, height, layers),
+            pass: pixels * (pixel + planes * size_of::<Vec3>()),
+            ..Self::default()
+        }
+    }
+
+    /// With an atlas of so many bytes, `together` of whose passes are made at once.
+    pub fn with_atlas(self, bytes: usize, together: u32) -> Self {
+        let together = together as usize;
+        Self { atlas: bytes, photons: together * self.photons, pass: together * self.pass, ..self }
+    }
+
+    /// The most that is held at the same time.
+    pub fn total(self) -> usize {
+        let Self { scene, index, film, atlas, photons, pass, planning } = self;
+        PROGRAM + scene + film + planning.max(index + atlas + photons + pass)
+    }
+
+    /// Why there is not enough, in one line; None where there is, or no limit is known.
+    pub fn refusal(self, limit: Option<MemoryLimit>) -> Option<String> {
+        let MemoryLimit { bytes, of } = limit?;
+        let total = self.total();
+        let atlas = if self.atlas > 0 { ", leave --atlas out" } else { "" };
+        (total as u64 > bytes).then(|| {
+            format!(
+                "this render takes about {} of memory and {of} {}: lower --size, ask for fewer --layers or \
+                 --photons{atlas}",
+                words(total as f64),
+                words(bytes as f64)
+            )
+        })
+    }
+
+    /// # Errors
+    /// A line with both figures where there is not enough.
+    pub fn check(self, limit: Option<MemoryLimit>) -> Result<()> {
+        self.refusal(limit).map_or(Ok(()), |why| Err(Error::Usage(why)))
+    }
+}
+
+/// As people write bytes: 12 kB, 3.4 MB, 5.67 GB.
+pub fn words(bytes: f64) -> String {
+    match bytes {
+        b if b < 1e4 => format!("{b:.0} B"),
+        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.2} GB", b / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_told_with_both_figures() {
+        let memory = Memory::of_pixels(&Settings::for_film(65_536, 65_536), &[Layer::Visible]);
+        // Sums of a pixel are 24 bytes each, at least four of them.
+        assert!(memory.film >= 65_536 * 65_536 * 96, "{memory:?}");
+        let limit = MemoryLimit { bytes: 8_000_000_000, of: "this machine has" };
+        let told = memory.refusal(Some(limit)).expect("too much");
+        assert!(told.contains("GB of memory and this machine has 8.00 GB: lower --size"), "{told}");
+        assert_eq!(memory.refusal(None), None);
+        let small = Memory::of_pixels(&Settings::for_film(64, 64), &[Layer::Visible]);
+        assert_eq!(small.refusal(Some(limit)), None);
+        assert!(small.refusal(Some(MemoryLimit { bytes: small.total() as u64 - 1, ..limit })).is_some());
+    }
+}
