@@ -65,12 +65,16 @@ pub struct Saving {
 
 /// Camera paths and photon paths of the small pass, at the most.
 const PILOT: f64 = 16_384.0;
+/// Of the one by which a render finds its pace.
+const PACED: f64 = 32_768.0;
 /// Lines of its photons, at the most, as far as a path can be made no shorter.
 const PILOT_LINES: f64 = 2.0e5;
 /// It is timed so often, and the fastest counts: others were disturbed.
 const TIMES: usize = 3;
 /// But only once where it takes longer than this, and savings are not looked for: processor seconds.
 const LONG: f64 = 1.0;
+/// A small pass on the wall's clock is tried again where it takes less than this: seconds.
+const QUICK: f64 = 0.1;
 
 impl Forecast {
     /// Plans, timed, and looks ahead.
@@ -91,7 +95,7 @@ impl Forecast {
             return Self { memory, planning, pass: Stages::default(), took: 0.0 };
         }
         let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
-        let share = shrink(plan);
+        let share = shrink(plan, PILOT);
         let mut pass = time(plan, &processor);
         let took = pass.total();
         for _ in 1..TIMES {
@@ -108,12 +112,12 @@ impl Forecast {
 /// Seconds of a pass on the clock on the wall, all threads at work.
 pub(crate) fn seconds_of_a_pass(plan: &mut Plan) -> Stages {
     let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
-    let share = shrink(plan);
+    let share = shrink(plan, PACED);
     let begin = Instant::now();
     let clock = || begin.elapsed().as_secs_f64();
     let mut pass = time(plan, &clock);
     // The first touches everything for the first time.
-    if pass.total() < LONG {
+    if pass.total() < QUICK {
         pass = time(plan, &clock);
     }
     (plan.settings, plan.photons) = (asked, photons);
@@ -145,13 +149,13 @@ pub fn savings(scene: &Scene, plan: &Plan, without: &Forecast, layers: &[Layer])
     Some(plan.omissions.iter().map(|omission| saving(omission.name)).collect())
 }
 
-/// Makes the pass smaller, pixels and photons alike, and says by how much. Queries meet as many photons as before.
-fn shrink(plan: &mut Plan) -> f64 {
+/// Makes the pass smaller, pixels and photons alike, `most` of either, and says by how much. Queries meet as many photons as before.
+fn shrink(plan: &mut Plan, most: f64) -> f64 {
     let Settings { width, height, .. } = plan.settings;
     let pixels = f64::from(width) * f64::from(height);
     let paths = plan.photons.as_ref().map_or(0.0, |photons| f64::from(photons.paths));
     let lines = plan.photons.as_ref().map_or(0.0, |photons| paths * photons.per_path.lines);
-    let share = (PILOT / pixels.max(paths)).min(PILOT_LINES / lines).min(1.0);
+    let share = (most / pixels.max(paths)).min(PILOT_LINES / lines).min(1.0);
     let side = |side: u32| ((share.sqrt() * f64::from(side)).round() as u32).max(1);
     (plan.settings.width, plan.settings.height) = (side(width), side(height));
     let Some(photons) = &mut plan.photons else {

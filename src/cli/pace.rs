@@ -37,20 +37,17 @@ impl Pace {
         let shoots = render.plan().photons.is_some();
         // Photons can be fewer, and so can camera samples of path tracers; with photons there is one for each pixel.
         let (scales, stays) = if shoots { (pass.shoot + pass.maps, pass.gather) } else { (pass.gather, 0.0) };
-        let wanted = scaled(scales, stays, left)?;
-        let fitting = ((wanted * f64::from(size)) as u32).max(1);
-        let what = if shoots { "photon paths" } else { "samples a pixel" };
-        let longer = (stays + scales * f64::from(fitting) / f64::from(size) > left)
-            .then(|| format!(", and the first pass may take longer than that: it is completed all the same"));
-        if fitting < size {
-            render.set_pass_size(fitting);
-        } else {
-            longer.as_ref()?;
+        let fitting = ((scaled(scales, stays, left) * f64::from(size)) as u32).max(1);
+        let late = stays + scales * f64::from(fitting) / f64::from(size) > left;
+        let late =
+            late.then_some("the first pass may take longer than --time, and is completed all the same");
+        if fitting == size {
+            return late.map(str::to_owned);
         }
-        Some(format!(
-            "passes have {fitting} {what} (not {size}) to keep to --time{}",
-            longer.unwrap_or_default()
-        ))
+        render.set_pass_size(fitting);
+        let what = if shoots { "photon paths" } else { "samples a pixel" };
+        let late = late.map_or(String::new(), |late| format!("; {late}"));
+        Some(format!("passes of {fitting} {what} (not {size}) keep to --time better{late}"))
     }
 
     /// How many passes may be begun now, of which `done` are complete; the first always may.
@@ -71,15 +68,11 @@ impl Pace {
     }
 }
 
-/// By what to multiply photons so that a pass fits well into the time `left`: seconds that are in proportion to them, and
-/// others. None: it does as it is.
-fn scaled(scales: f64, stays: f64, left: f64) -> Option<f64> {
-    if scales + stays <= SHARE * left || scales == 0.0 {
-        return None;
-    }
-    // Where the rest takes long it would be idle to shoot much less than that.
-    let wanted = (SHARE * left - stays).max(stays.min(left - stays)).max(0.0);
-    Some(wanted / scales)
+/// The share of its photons with which a pass fits well into the time `left`: seconds that are in proportion to them, and
+/// others. Photons may take as long as the rest does: less would be idle.
+fn scaled(scales: f64, stays: f64, left: f64) -> f64 {
+    let wanted = (SHARE * left - stays).max(stays);
+    if scales > wanted { wanted / scales } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -88,15 +81,15 @@ mod tests {
 
     #[test]
     fn passes_are_as_large_as_the_time_allows() {
-        assert_eq!(scaled(0.5, 0.3, 10.0), None);
+        assert_eq!(scaled(0.5, 0.3, 10.0), 1.0);
         // A tenth of the time, of which gathering takes its part.
-        assert_eq!(scaled(20.0, 0.25, 10.0), Some(0.75 / 20.0));
+        assert_eq!(scaled(20.0, 0.25, 10.0), 0.75 / 20.0);
         // Gathering takes more than a tenth: as much again for photons.
-        assert_eq!(scaled(20.0, 2.0, 10.0), Some(0.1));
-        // It takes nearly all: what is left.
-        assert_eq!(scaled(20.0, 8.0, 10.0), Some(0.1));
-        // It takes more than there is.
-        assert_eq!(scaled(20.0, 12.0, 10.0), Some(0.0));
+        assert_eq!(scaled(20.0, 2.0, 10.0), 0.1);
+        assert_eq!(scaled(20.0, 12.0, 10.0), 0.6);
+        assert_eq!(scaled(20.0, 30.0, 10.0), 1.0);
+        // A path tracer's samples are all there is.
+        assert_eq!(scaled(4.0, 0.0, 10.0), 0.25);
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod browser;
 mod check;
 mod choice;
 mod compare;
+mod ends;
 mod page;
 mod pages;
 mod render;

@@ -4,7 +4,7 @@ use crate::{halflight, said};
 use halflight::film::{Image, read_exr};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 fn picture(folder: &Path, name: &str) -> Image {
     read_exr(&folder.join(name)).expect("a picture")
@@ -79,30 +79,6 @@ fn an_error_to_reach_ends_the_render_there() {
     let (coarse, fine) = (run(0.1, "a.exr"), run(0.05, "b.exr"));
     // Half the error takes four times the passes.
     assert!((2.5..=6.0).contains(&(fine / coarse)), "{coarse} passes, then {fine}");
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupt_writes_what_there_is() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_halflight"))
-        .current_dir(folder.path())
-        .args(["render", "--size", "64x64", "--time", "10m", "-o", "cut.exr"])
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    let begin = Instant::now();
-    while !folder.path().join("cut.png").exists() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "no first picture");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    assert!(killed.success());
-    let status = child.wait().expect("it ends");
-    assert!(status.success(), "{status}");
-    assert!(begin.elapsed() < Duration::from_secs(120), "it went on");
-    let passes = picture(folder.path(), "cut.exr").header.get("passes").map(ToString::to_string);
-    assert!(passes.is_some_and(|passes| passes != "0"));
 }
 
 #[cfg(unix)]

@@ -1,6 +1,6 @@
 //! The multiplication factor against closed forms.
 
-use crate::support::{Build, Measured, diffuse, glow, small};
+use crate::support::{Build, Measured, diffuse, glow, look, small};
 use glam::Vec3;
 use halflight::error::Error;
 use halflight::film::Layer;
@@ -113,7 +113,7 @@ fn in_a_closed_furnace_k_is_the_albedo() {
 #[test]
 fn light_that_goes_to_and_fro_has_the_geometric_mean() {
     // Two facing plates, of which each reflects to the other alone: single generations alternate for ever.
-    let camera = crate::support::look(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO);
+    let camera = look(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO);
     let mut build = Build::new(Illumination::GLOBAL, camera);
     let lower = build.material("Lower", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
     let upper = build.material("Upper", Lobe::Mirror(Mirror { tint: Vec3::splat(0.1), two_sided: false }));
@@ -135,6 +135,108 @@ fn a_furnace_that_loses_nothing_has_no_image() {
     let error = Render::new(furnace(diffuse(1.0)), small(8, 8, 100), &[Layer::Visible]).err();
     let message = error.expect("no image").to_string();
     assert!(message.starts_with("no image exists: multiplication factor 1.0"), "{message}");
+}
+
+/// A two-sided white box, of which `sides` sides are there, on a grey floor under a lamp: outside it, or inside.
+fn white_box(albedo: f32, sides: usize, lamp_inside: bool) -> Scene {
+    let white = |albedo: f32| Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: true });
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(3.0, 2.0, 4.0), Vec3::ZERO));
+    let (grey, white) = (build.material("Grey", diffuse(0.5)), build.material("White", white(albedo)));
+    build.quad(Vec3::new(-2.0, -0.6, -2.0), 4.0 * Vec3::Z, 4.0 * Vec3::X, grey);
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    let walls =
+        (0..3).flat_map(|i| [-0.5, 0.5].map(|at| (at * axes[i], axes[(i + 1) % 3], axes[(i + 2) % 3])));
+    for (middle, right, up) in walls.take(sides) {
+        build.quad(middle - 0.5 * (right + up), right, up, white);
+    }
+    let position = if lamp_inside { Vec3::splat(0.1) } else { Vec3::new(1.0, 1.5, 1.2) };
+    let intensity = halflight::light::Light::both(Vec3::ONE);
+    build.0.luminaires.push(Luminaire::Point { position, intensity });
+    build.finish()
+}
+
+#[test]
+fn what_no_light_reaches_has_no_say() {
+    // The inside of the shut box keeps all light, and gets none. From outside a convex box lights the floor, and the floor
+    // the box: k² is no more than the floor's albedo times the shares of light that find the way.
+    for seed in 0..4 {
+        let settings = Settings { seed, ..small(16, 16, 2000) };
+        let scene = white_box(1.0, 6, false);
+        let render = Render::new(scene, settings, &[Layer::Visible]).expect("an image");
+        let Existence::Measured(m) = &render.plan().existence else { panic!("albedo one is measured") };
+        assert!(m.k > 0.02 && m.k < 0.5_f64.sqrt(), "{m:?}");
+        // Nor does a lamp count that is shut out of a box that would keep its light.
+        let dark = Plan::new(white_box(0.99, 6, false), small(8, 8, 1)).existence;
+        assert!(dark.growth() == 1.0 || matches!(dark, Existence::Certain { .. }), "{dark:?}");
+    }
+}
+
+#[test]
+fn white_walls_have_an_image_where_light_can_leave_and_none_where_it_cannot() {
+    for seed in 0..4 {
+        let settings = Settings { seed, ..small(8, 8, 2000) };
+        let open = Render::new(white_box(1.0, 5, true), settings.clone(), &[Layer::Visible]);
+        let open = open.expect("light leaves by the open side");
+        let Existence::Measured(m) = &open.plan().existence else { panic!("albedo one is measured") };
+        assert!(m.k > 0.7 && m.k < 0.95, "{m:?}");
+        let shut = Render::new(white_box(1.0, 6, true), settings.clone(), &[Layer::Visible]).err();
+        let shut = shut.expect("no image");
+        assert!(shut.exit_code() == 3, "{shut}");
+        assert!(shut.to_string().contains("some light is shut in and lost nowhere"), "{shut}");
+        assert!(shut.to_string().contains("White, albedo 1.00, two-sided"), "{shut}");
+        // Of a shut box that loses a little there is an image again, however bright.
+        Render::new(white_box(0.999, 6, true), settings, &[Layer::Visible]).expect("an image");
+    }
+}
+
+#[test]
+fn k_of_light_of_one_colour_is_that_of_its_own_walls() {
+    // The walls keep blue best, and the lamp is red.
+    let albedo = Vec3::new(0.4, 0.5, 0.97);
+    let mut scene = furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false }));
+    let red = halflight::light::Light::both(Vec3::X);
+    for luminaire in &mut scene.luminaires {
+        if let Luminaire::Triangle { emission, .. } = luminaire {
+            emission.radiance = red;
+        }
+    }
+    let m = measured(scene);
+    assert!((m.k / 0.4 - 1.0).abs() < 1e-6 && m.channel == 0, "{m:?}");
+}
+
+#[test]
+fn paths_that_multiply_against_all_expectation_end_and_stay_unbiased() {
+    // Light multiplies by 1.2 from one reflection to the next, and roulette is told that it does not.
+    let scene = || {
+        let mut scene = concentric(1.2 / one_sided(1.0), false);
+        scene.illuminate(Some(Illumination::SHADOWLESS), &[]).expect("no names");
+        scene
+    };
+    let shot = |crowd: u32, most: u32, pass: u32| {
+        let settings = Settings { direct: Direct::Photons, max_reflections: Some(most), ..small(8, 8, 64) };
+        let plan = Plan::new(scene(), settings);
+        let photons = plan.photons.clone().expect("photons");
+        let photons = halflight::plan::PhotonPlan { growth: 1.0, keep: 1.0, crowd, ..photons };
+        shoot::<Invisible>(&plan, &photons, pass)
+    };
+    // Without end they would be more than the universe has room for.
+    let endless = shot(1000, u32::MAX, 0);
+    assert!(endless.ledger.lines < 64 * 20_000, "{:?}", endless.ledger);
+    // Cut series are short enough to be followed either way: the same power arrives.
+    let total = |crowd: u32| {
+        let passes: Vec<f64> = (0..64)
+            .map(|pass| {
+                let photons = shot(crowd, 14, pass);
+                photons.by_class.iter().flatten().map(|photon| f64::from(photon.power.0.x)).sum()
+            })
+            .collect();
+        Measured::of(&passes)
+    };
+    let (whole, thinned) = (total(u32::MAX), total(40));
+    let z = (whole.mean - thinned.mean) / whole.error.hypot(thinned.error);
+    eprintln!("{whole:?} {thinned:?} z {z:.2}");
+    assert!(z.abs() < 3.5 && thinned.error > whole.error, "{whole:?} {thinned:?}");
+    assert!(thinned.error < 0.02 * thinned.mean / 3.5, "it could not tell 2 %: {thinned:?}");
 }
 
 /// The paper's box as Blender would export it: two-sided, albedo 0.9.
