@@ -136,7 +136,7 @@ fn a_log_that_breaks_does_not_end_a_render() {
 #[test]
 fn output_that_is_lost_is_an_error_and_a_pipe_that_is_closed_is_none() {
     let folder = tempfile::tempdir().expect("a folder");
-    let plan = "plan builtin:concentric --size 16x16 --photons 500";
+    let plan = "plan builtin:cornell-spheres --illumination one-bounce --size 16x16";
     let json = format!("{plan} --json");
     for arguments in [plan, &json, "--help", "render --help", "--version"] {
         let full = File::options().write(true).open("/dev/full").expect("a full device");
