@@ -71,6 +71,9 @@
 //! B. Burley 2020: Practical hash-based Owen scrambling. ·
 //! M. Pharr, W. Jakob, G. Humphreys: Physically based rendering, 4th ed.
 
+// What is said goes through `cli::out`, which a broken log does not end.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod atlas;
 pub mod cli;
 pub mod error;

@@ -13,10 +13,16 @@ const NOT_BEGUN: f64 = 1.05;
 /// One that has not ended by then is dropped, unless it is the first.
 const DROPPED: f64 = 1.08;
 
+/// A first pass that is mostly photons, and has not ended after this share of the time, was misjudged: it is begun again with
+/// this share of them.
+const MISJUDGED: [f64; 2] = [0.5, 0.125];
+
 /// The time of one render.
 pub struct Pace {
     begin: Instant,
     time: Option<Duration>,
+    /// When the first pass is begun again with fewer photons. None: it is completed.
+    again: Option<Instant>,
     /// Seconds that passes took.
     passing: f64,
 }
@@ -24,11 +30,11 @@ pub struct Pace {
 impl Pace {
     /// From `begin`, for so long; None: for ever.
     pub fn new(begin: Instant, time: Option<Duration>) -> Self {
-        Self { begin, time, passing: 0.0 }
+        Self { begin, time, again: None, passing: 0.0 }
     }
 
     /// Makes passes small enough for the time. Returns a line about it where it changes something.
-    pub fn fit(&self, render: &mut Render) -> Option<String> {
+    pub fn fit(&mut self, render: &mut Render) -> Option<String> {
         let time = self.time?;
         // Planning may have taken all of it.
         let left = time.saturating_sub(self.begin.elapsed()).max(time.mul_f64(SHARE)).as_secs_f64();
@@ -38,6 +44,9 @@ impl Pace {
         // Photons can be fewer, and so can camera samples of path tracers; with photons there is one for each pixel.
         let (scales, stays) = if shoots { (pass.shoot + pass.maps, pass.gather) } else { (pass.gather, 0.0) };
         let fitting = ((scaled(scales, stays, left) * f64::from(size)) as u32).max(1);
+        if scales * f64::from(fitting) / f64::from(size) >= stays && fitting > 1 {
+            self.again = Some(Instant::now() + Duration::from_secs_f64(MISJUDGED[0] * left));
+        }
         let late = stays + scales * f64::from(fitting) / f64::from(size) > left;
         let late =
             late.then_some("the first pass may take longer than --time, and is completed all the same");
@@ -59,7 +68,18 @@ impl Pace {
 
     /// When passes under way are dropped, if `done` are complete.
     pub fn deadline(&self, done: u32) -> Option<Instant> {
-        self.time.filter(|_| done > 0).map(|time| self.begin + time.mul_f64(DROPPED))
+        if done == 0 { self.again } else { self.time.map(|time| self.begin + time.mul_f64(DROPPED)) }
+    }
+
+    /// After a pass was dropped: makes the first one smaller and returns a line about it. None: it was not the first.
+    pub fn again(&mut self, done: u32, render: &mut Render) -> Option<String> {
+        self.again.take().filter(|_| done == 0)?;
+        let size = render.pass_size();
+        render.set_pass_size((MISJUDGED[1] * f64::from(size)) as u32);
+        Some(format!(
+            "the first pass takes longer than was measured: passes have {} paths",
+            render.pass_size()
+        ))
     }
 
     /// Passes took so long.

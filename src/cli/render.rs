@@ -87,7 +87,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     let settings = args.settings.film(settings, &mut scene);
     let tell = |line: &dyn Display| {
         if !args.quiet {
-            say(line)
+            say(line);
         }
     };
     scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
@@ -115,7 +115,12 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
         render.stop_at(interrupt.stop().at(pace.deadline(done)));
         let passing = Instant::now();
         if render.passes(most) == 0 {
-            break; // the pass under way was dropped
+            // The pass under way was dropped.
+            match pace.again(done, &mut render) {
+                Some(line) => tell(&format_args!("note: {line}")),
+                None => break,
+            }
+            continue;
         }
         pace.took(passing.elapsed().as_secs_f64());
         interrupt.begun();

@@ -1,5 +1,6 @@
 //! How far a picture is from the truth: error metrics, FLIP, and tests that accept or reject.
 
+mod arrivals;
 mod chain;
 pub mod distributions;
 pub mod error_picture;

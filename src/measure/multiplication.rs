@@ -12,16 +12,14 @@
 //! which luminaires hardly feed are found; what a mode below the largest leaves behind falls as (k₂/k)ⁿ, so after the
 //! inactive generations and half of the active ones k is low by no more than its share × 1 / (e n).
 
+use super::arrivals::{LOOK_AROUND, Places, channels_that_matter};
 use super::chain::Chain;
-use crate::light::Light;
 use crate::optics::Transport;
 use crate::rays::{Hit, Ray, Rays};
 use crate::sampling::{Rng, Stream, choose};
-use crate::scene::{Luminaire, Scene, SurfacePoint};
-use crate::shoot::{EMISSION_DIMENSIONS, Emitters};
+use crate::scene::{Scene, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// A measured multiplication factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +42,7 @@ pub struct Multiplication {
 /// and the most.
 const GENERATIONS: [f64; 2] = [8.0, 32.0];
 /// Independent batches: enough for an error bar of their mean that is itself known to a fifth.
-const BATCHES: u32 = 16;
+pub(super) const BATCHES: u32 = 16;
 /// Lines and crossings that the first look may cost in one channel: about half a second on two cores.
 const FIRST_LOOK: f64 = 1.5e6;
 /// What it costs at the most, as far as that many photons and generations can be done without.
@@ -56,9 +54,6 @@ const POPULATION: [f64; 3] = [64.0, 256.0, 2048.0];
 const MOST_DOUBLINGS: u32 = 4;
 /// By so many standard errors.
 const TOLD_APART: f64 = 6.0;
-/// Generations in which emitted light is followed to see where it arrives.
-const ARRIVALS: u32 = 8;
-
 /// Measures k; `chain` says which halves go on. Equal arguments give equal bits for any number of threads.
 pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> Multiplication {
     let [fewest, enough, most] = POPULATION;
@@ -116,61 +111,31 @@ impl Multiplication {
     }
 }
 
-/// Channels whose k may be the largest: those in which something shines, and that no other one filters less in every
-/// lobe while all that shines in them shines in it too.
-fn channels_that_matter(scene: &Scene) -> Vec<usize> {
-    let filters = |channel: usize| -> Vec<f32> {
-        let terms = scene.materials.iter().flat_map(|material| &material.bsdf.terms);
-        terms.map(|term| term.lobe.albedo()[channel]).collect()
-    };
-    let filters = [filters(0), filters(1), filters(2)];
-    let emits = |luminaire: &Luminaire, channel: usize| {
-        let light = luminaire.power(1.0);
-        light.invisible[channel] > 0.0 || light.visible[channel] > 0.0
-    };
-    let shines = |channel: usize| scene.luminaires.iter().any(|l| emits(l, channel));
-    let below = |a: usize, b: usize| {
-        let nowhere_above = filters[a].iter().zip(&filters[b]).all(|(x, y)| x <= y);
-        let lit_as_well = scene.luminaires.iter().all(|l| emits(l, b) || !emits(l, a));
-        let alike = filters[a] == filters[b] && scene.luminaires.iter().all(|l| emits(l, a) == emits(l, b));
-        nowhere_above && lit_as_well && (!alike || b < a)
-    };
-    (0..3).filter(|a| shines(*a) && !(0..3).any(|b| b != *a && below(*a, b))).collect()
-}
-
-/// Light that was reflected, by the side of the triangle that it left: the first there was of each.
-type Places = BTreeMap<u32, Photon>;
-
 /// Light on its way; all photons of a generation carry the same total.
 #[derive(Clone, Copy)]
-struct Photon {
-    origin: Vec3,
-    direction: Vec3,
+pub(super) struct Photon {
+    pub(super) origin: Vec3,
+    pub(super) direction: Vec3,
     /// Invisible and visible half of the one channel.
-    power: [f32; 2],
+    pub(super) power: [f32; 2],
     /// Twice the triangle that it left; one more where it left its back.
-    place: u32,
-    finite: bool,
+    pub(super) place: u32,
+    pub(super) finite: bool,
 }
 
 /// What all batches of one measurement have in common.
 #[derive(Clone, Copy)]
-struct Population<'a> {
-    scene: &'a Scene,
-    rays: &'a Rays,
-    chain: &'a Chain,
-    places: &'a Places,
-    seed: u64,
-    channel: usize,
-    photons: u32,
-    generations: u32,
-    doublings: u32,
+pub(super) struct Population<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) rays: &'a Rays,
+    pub(super) chain: &'a Chain,
+    pub(super) places: &'a Places,
+    pub(super) seed: u64,
+    pub(super) channel: usize,
+    pub(super) photons: u32,
+    pub(super) generations: u32,
+    pub(super) doublings: u32,
 }
-
-/// The random numbers of emitted light, beside those of the generations.
-const EMITTED: u32 = 0xff;
-/// Those of the first look around: no batch has this number.
-const LOOK_AROUND: u32 = 0x1000;
 
 /// What one batch found.
 struct Batch {
@@ -189,32 +154,6 @@ impl Population<'_> {
         let reflected = self.next(&photons, self.chain.open(), (LOOK_AROUND - 1) << 8, &mut seen);
         self.next(&reflected, *self.chain, (LOOK_AROUND - 1) << 8 | 1, &mut seen);
         1.0 + crossings as f64 / (photons.len() + reflected.len()).max(1) as f64
-    }
-
-    /// Follows emitted light to see where it arrives.
-    fn places(&self) -> Places {
-        let parts: Vec<Places> = (0..BATCHES).into_par_iter().map(|part| self.some_places(part)).collect();
-        let mut places = Places::new();
-        for (place, photon) in parts.into_iter().flatten() {
-            places.entry(place).or_insert(photon);
-        }
-        places
-    }
-
-    fn some_places(&self, part: u32) -> Places {
-        let stream = LOOK_AROUND + self.channel as u32 * BATCHES + part;
-        let mut photons = self.emitted(stream, self.photons);
-        let mut places = Places::new();
-        for generation in 0..ARRIVALS {
-            let chain = if generation == 0 { self.chain.open() } else { *self.chain };
-            let reflected = self.next(&photons, chain, stream << 8 | generation, &mut |_| ());
-            let offset = Rng::new(self.seed, Stream::Measure, stream << 8 | generation, u64::MAX).f32();
-            photons = resample(&reflected, total(&reflected), self.photons, f64::from(offset));
-            for photon in photons.iter().filter_map(|photon| photon.kept(self.chain.live)) {
-                places.entry(photon.place).or_insert(photon);
-            }
-        }
-        places
     }
 
     fn run(&self) -> Multiplication {
@@ -270,41 +209,13 @@ impl Population<'_> {
         found
     }
 
-    /// The first generation: half from luminaires, half from the places where their light arrives.
-    fn start(&self, stream: u32) -> Vec<Photon> {
-        let places: Vec<&Photon> = self.places.values().collect();
-        let mut photons =
-            self.emitted(stream, if places.is_empty() { self.photons } else { self.photons / 2 });
-        if !places.is_empty() {
-            for i in self.photons / 2..self.photons {
-                let mut rng = Rng::new(self.seed, Stream::Measure, stream << 8 | EMITTED, u64::from(i));
-                photons.push(*places[pick(rng.f32(), places.len())]);
-            }
-        }
-        photons
-    }
-
-    /// Light that leaves luminaires in this channel.
-    fn emitted(&self, stream: u32, n: u32) -> Vec<Photon> {
-        let Some(emitters) = Emitters::<Light>::new(self.scene) else { return Vec::new() };
-        let photon = |i: u32| {
-            let mut rng = Rng::new(self.seed, Stream::Measure, stream << 8 | EMITTED, u64::from(i));
-            let u: [f32; EMISSION_DIMENSIONS] = std::array::from_fn(|_| rng.f32());
-            let emitted = emitters.emit(1, u);
-            let power = [emitted.power.invisible, emitted.power.visible].map(|half| half[self.channel]);
-            let (origin, direction) = (emitted.origin, emitted.direction);
-            Photon { origin, direction, power, place: 0, finite: false }.kept([true; 2])
-        };
-        (0..n).filter_map(photon).collect()
-    }
-
     /// The material of a triangle, as an index.
     fn material(&self, triangle: u32) -> u32 {
         self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material
     }
 
     /// All light that `photons` become when they are reflected next.
-    fn next(
+    pub(super) fn next(
         &self,
         photons: &[Photon],
         chain: Chain,
@@ -385,19 +296,19 @@ impl Photon {
     }
 
     /// A watt of it in these halves. None where it has nothing in them.
-    fn kept(&self, halves: [bool; 2]) -> Option<Self> {
+    pub(super) fn kept(&self, halves: [bool; 2]) -> Option<Self> {
         let power = [0, 1].map(|half| if halves[half] { self.power[half] } else { 0.0 });
         let scale = 1.0 / (power[0] + power[1]);
         scale.is_finite().then(|| Self { power: power.map(|half| half * scale), ..*self })
     }
 }
 
-fn total(photons: &[Photon]) -> f64 {
+pub(super) fn total(photons: &[Photon]) -> f64 {
     photons.iter().map(|photon| f64::from(photon.total())).sum()
 }
 
 /// `n` photons of power one each, by systematic resampling: each photon as often as its power says, rounded up or down.
-fn resample(photons: &[Photon], total: f64, n: u32, offset: f64) -> Vec<Photon> {
+pub(super) fn resample(photons: &[Photon], total: f64, n: u32, offset: f64) -> Vec<Photon> {
     let step = total / f64::from(n);
     let mut chosen = Vec::with_capacity(n as usize);
     let mut sum = 0.0;
@@ -409,9 +320,4 @@ fn resample(photons: &[Photon], total: f64, n: u32, offset: f64) -> Vec<Photon> 
         }
     }
     chosen
-}
-
-/// One of `n`, by `u` in [0, 1).
-fn pick(u: f32, n: usize) -> usize {
-    ((f64::from(u) * n as f64) as usize).min(n - 1)
 }
