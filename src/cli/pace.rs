@@ -76,10 +76,7 @@ impl Pace {
         self.again.take().filter(|_| done == 0)?;
         let size = render.pass_size();
         render.set_pass_size((MISJUDGED[1] * f64::from(size)) as u32);
-        Some(format!(
-            "the first pass takes longer than was measured: passes have {} paths",
-            render.pass_size()
-        ))
+        Some("the first pass takes longer than was measured; it is begun again an eighth as large".into())
     }
 
     /// Passes took so long.
