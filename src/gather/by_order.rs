@@ -8,15 +8,14 @@ use super::branches::{Parent, Surface, branches};
 use super::connect::Connection;
 use super::estimate::Tier;
 use super::{
-    CERTAIN_DELTA_CHAIN, Connections, DELTA_CHAIN_SURVIVAL, Gathered, Maps, Nearby, Parts, Pixel, TILE,
-    TILE_WIDTH, describe,
+    CERTAIN_DELTA_CHAIN, Connections, Gathered, Maps, Nearby, Parts, Pixel, TILE, TILE_WIDTH, describe,
 };
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::photon_map::Found;
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray, Segment};
-use crate::sampling::{Rng, Stream};
+use crate::sampling::{Rng, Stream, endurance};
 use crate::scene::{Material, SurfacePoint, View};
 use crate::shoot::{Orders, Photon};
 use glam::{DVec4, Vec3, Vec4};
@@ -427,7 +426,7 @@ impl<P: Power> Walk<'_, P> {
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
             let footprint = self.view.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
-            let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
+            let f = diffuse.towards(&point.normals, wo);
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let (maps, packed, places) = (&self.maps[self.pass], &self.packed[self.pass], self.places);
             let (kept, found) = (&mut self.kept[self.column / ABREAST], &mut self.found);
@@ -498,7 +497,7 @@ impl<P: Power> Walk<'_, P> {
             return;
         }
         let delta_chain = line.parent.delta_chain;
-        let survival = if delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let survival = endurance(delta_chain, CERTAIN_DELTA_CHAIN);
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }

@@ -86,7 +86,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         });
         let whole = match open.term.lobe {
             Lobe::Diffuse(diffuse) if self.connections.has_closed_form() => {
-                let f = diffuse.eval(&open.point.normals, open.wo, open.wo); // Lambert: the same for every wi
+                let f = diffuse.towards(&open.point.normals, open.wo);
                 let light = f * self.connections.unhidden(&open.point, open.wo);
                 if light.is_zero() {
                     return; // all of them are below the horizon

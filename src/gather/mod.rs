@@ -21,7 +21,7 @@ use crate::light::{Power, Row};
 use crate::optics::{Bsdf, Lobe, Normals};
 use crate::plan::{Direct, Plan};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Sobol, Stream};
+use crate::sampling::{Rng, Sobol, Stream, endurance};
 use crate::scene::{SurfacePoint, View};
 use crate::shoot::PathClass;
 use glam::Vec3;
@@ -83,10 +83,9 @@ const TILE: usize = 8;
 /// Its columns.
 const TILE_WIDTH: usize = 32;
 
-/// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by roulette.
+/// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by
+/// [roulette](endurance).
 const CERTAIN_DELTA_CHAIN: u32 = 32;
-/// Survival probability of each further one.
-const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 
 /// Gathers one pass: one camera path through a random point of each pixel. That of a plan that was told to
 /// [stop](Plan::stop) is incomplete.
@@ -264,7 +263,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
             let Lobe::Diffuse(diffuse) = term.lobe else { continue };
             let footprint = self.view.footprint(here.travelled, self.plan.settings.height);
             let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
-            let f = diffuse.eval(&point.normals, wo, wo); // Lambert: the same for every wi on this side
+            let f = diffuse.towards(&point.normals, wo);
             let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
             let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, footprint, most);
             for (class, irradiance) in
@@ -284,8 +283,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         if !here.bsdf.has_delta_lobe() {
             return;
         }
-        let survival =
-            if line.parent.delta_chain >= CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let survival = endurance(line.parent.delta_chain, CERTAIN_DELTA_CHAIN);
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }

@@ -81,7 +81,7 @@ impl Facet {
     }
 
     /// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the facet on the side of `up`: what its
-    /// radiance is multiplied by for irradiance. As in [`Normals::same_side`], both normals must agree on the side.
+    /// radiance is multiplied by for irradiance. As in [`Normals::counts`], both normals must agree on the side.
     pub fn projected_solid_angle(&self, eye: Vec3, normals: &Normals, front: bool) -> f32 {
         let side = if front { 1.0 } else { -1.0 };
         let (geometric, shading) = (side * normals.geometric.as_dvec3(), side * normals.shading.as_dvec3());

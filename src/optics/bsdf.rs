@@ -1,3 +1,4 @@
+use super::smooth;
 use super::{Dielectric, Diffuse, Mirror, Normals, Sample, ThinDielectric, Transport};
 use crate::light::Matrix;
 use glam::Vec3;
@@ -21,7 +22,8 @@ impl Lobe {
         !matches!(self, Self::Diffuse(_))
     }
 
-    /// BSDF value in sr⁻¹, cosine not included; symmetric in its two directions. Zero for delta lobes.
+    /// BSDF value in sr⁻¹ of light from `to` that is seen from `from`, cosine not included; symmetric where the two
+    /// normals are the same. Zero for delta lobes.
     pub fn eval(&self, normals: &Normals, from: Vec3, to: Vec3) -> Vec3 {
         match self {
             Self::Diffuse(lobe) => lobe.eval(normals, from, to),
@@ -29,7 +31,8 @@ impl Lobe {
         }
     }
 
-    /// Density in solid angle with which [`sample`](Self::sample) chooses `to`. Zero for delta lobes.
+    /// Density in solid angle with which [`sample`](Self::sample) chooses `to` where light is gathered. Zero for delta
+    /// lobes.
     pub fn pdf(&self, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(normals, from, to),
@@ -41,24 +44,25 @@ impl Lobe {
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: [f32; 3]) -> Option<Sample> {
         match self {
             Self::Diffuse(lobe) => lobe.sample(normals, from, transport, u),
-            Self::Mirror(lobe) => lobe.sample(normals, from, transport),
-            Self::Dielectric(lobe) => lobe.sample(normals, from, transport, u[2]),
-            Self::ThinDielectric(lobe) => lobe.sample(normals, from, transport, u[2]),
+            _ => smooth::choose(self.branches(normals, from, transport), u[2]),
         }
     }
 
     /// All branches of a delta lobe, each as [`sample`](Self::sample) gives it when chance falls on it; the sum of
     /// `weight * pdf_solid_angle` is what the lobe passes on. None for finite lobes.
-    pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 2] {
-        let [low, high] = match self {
-            Self::Diffuse(_) => return [None, None],
-            Self::Mirror(lobe) => return [lobe.sample(normals, from, transport), None],
-            Self::Dielectric(lobe) => [0.0, 1.0].map(|u| lobe.sample(normals, from, transport, u)),
-            Self::ThinDielectric(lobe) => [0.0, 1.0].map(|u| lobe.sample(normals, from, transport, u)),
-        };
-        // Where nothing is reflected both ends of the unit interval refract.
-        let only = low.is_some_and(|sample| sample.pdf_solid_angle >= 1.0);
-        [low, if only { None } else { high }]
+    pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 4] {
+        match self {
+            Self::Diffuse(_) => [None; 4],
+            _ if !self.responds(normals, from) => [None; 4],
+            Self::Mirror(lobe) => smooth::branches(lobe, normals, from, transport),
+            // Nothing is there that could bend light or reflect it, whatever the normals are.
+            Self::Dielectric(Dielectric { ior: 1.0, tint }) => {
+                let straight = Sample { to: -from, weight: *tint, pdf_solid_angle: 1.0, geometric: true };
+                [Some(straight), None, None, None]
+            }
+            Self::Dielectric(lobe) => smooth::branches(lobe, normals, from, transport),
+            Self::ThinDielectric(lobe) => smooth::branches(lobe, normals, from, transport),
+        }
     }
 
     /// An upper bound of the reflectance for light of any direction, shading normals aside; linear RGB.

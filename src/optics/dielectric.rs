@@ -1,5 +1,5 @@
-use super::mirror::reflect;
-use super::{Normals, Sample, Transport, fresnel_dielectric, refract};
+use super::smooth::Smooth;
+use super::{fresnel_dielectric, refract};
 use glam::Vec3;
 
 /// A smooth interface between the outside (front) and a medium of refractive index `ior` (back): a delta lobe
@@ -13,38 +13,32 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
-    /// One branch, chosen by `u` in [0, 1). None: the normals disagree about the side that is left to.
-    pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: f32) -> Option<Sample> {
-        if self.ior == 1.0 {
-            // Nothing is there that could bend light or reflect it, whatever the normals are.
-            return Some(Sample { to: -from, weight: self.tint, pdf_solid_angle: 1.0 });
-        }
-        let front = normals.is_front(from);
-        let (normal, eta) =
-            if front { (normals.shading, self.ior) } else { (-normals.shading, 1.0 / self.ior) };
-        let cos_from = from.dot(normal);
-        if cos_from <= 0.0 {
-            return None;
-        }
-        let reflectance = fresnel_dielectric(cos_from, eta);
-        let (to, tint, probability, scale) = if u < reflectance {
-            let to = reflect(from, normal);
-            if !normals.same_side(from, to) {
-                return None;
-            }
-            (to, Vec3::ONE, reflectance, 1.0)
-        } else {
-            let to = refract(from, normal, eta)?;
-            if !normals.opposite_sides(from, to) {
-                return None;
-            }
-            // L / η² is what refraction keeps: L_from = L_to (η_from / η_to)². Veach 1997, eq. 5.2.
-            (to, self.tint, 1.0 - reflectance, 1.0 / (eta * eta))
-        };
-        let factor = match transport {
-            Transport::Shooting => normals.adjoint(from, to),
-            Transport::Gathering => scale,
-        };
-        Some(Sample { to, weight: tint * factor, pdf_solid_angle: probability })
+    /// Index of the far side over that of the near one.
+    fn eta(&self, front: bool) -> f32 {
+        if front { self.ior } else { 1.0 / self.ior }
+    }
+}
+
+impl Smooth for Dielectric {
+    fn reflectance(&self, cos_from: f32, front: bool) -> f32 {
+        fresnel_dielectric(cos_from, self.eta(front))
+    }
+
+    fn through(&self, from: Vec3, normal: Vec3, front: bool) -> Option<Vec3> {
+        refract(from, normal, self.eta(front))
+    }
+
+    fn is_total(&self, cos_from: f32, front: bool) -> bool {
+        self.reflectance(cos_from, front) >= 1.0
+    }
+
+    fn filters(&self) -> [Vec3; 2] {
+        [Vec3::ONE, self.tint]
+    }
+
+    /// L / η² is what refraction keeps: L_from = L_to (η_from / η_to)². Veach 1997, eq. 5.2.
+    fn compression(&self, front: bool) -> f32 {
+        let eta = self.eta(front);
+        1.0 / (eta * eta)
     }
 }

@@ -1,4 +1,4 @@
-use super::{Normals, Sample, Transport};
+use super::smooth::Smooth;
 use glam::Vec3;
 
 /// A perfectly smooth tinted mirror: a delta lobe.
@@ -10,25 +10,16 @@ pub struct Mirror {
     pub two_sided: bool,
 }
 
-impl Mirror {
-    /// The reflected direction. None: nothing is reflected there.
-    pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport) -> Option<Sample> {
-        if !self.two_sided && !normals.is_front(from) {
-            return None;
-        }
-        let to = reflect(from, normals.shading);
-        if !normals.same_side(from, to) {
-            return None;
-        }
-        let adjoint = match transport {
-            Transport::Shooting => normals.adjoint(from, to),
-            Transport::Gathering => 1.0,
-        };
-        Some(Sample { to, weight: self.tint * adjoint, pdf_solid_angle: 1.0 })
+impl Smooth for Mirror {
+    fn reflectance(&self, _: f32, _: bool) -> f32 {
+        1.0
     }
-}
 
-/// The mirror image of `from` about `normal`, both pointing away from the surface.
-pub(super) fn reflect(from: Vec3, normal: Vec3) -> Vec3 {
-    (2.0 * from.dot(normal) * normal - from).normalize()
+    fn through(&self, _: Vec3, _: Vec3, _: bool) -> Option<Vec3> {
+        None
+    }
+
+    fn filters(&self) -> [Vec3; 2] {
+        [self.tint, Vec3::ZERO]
+    }
 }

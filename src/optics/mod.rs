@@ -3,6 +3,11 @@
 //! Every direction is a unit vector that points *away* from the surface. `from` is where the walk came from and
 //! `to` where it goes on; shooting walks from the luminaire (`from` is the field's wi), gathering from the
 //! camera (`from` is wo). Lobe values are BSDFs in sr⁻¹ without the cosine.
+//!
+//! Shading normals decide cosines and directions, geometric normals sides. Where the two disagree no light is lost:
+//! gathering, every lobe passes on exactly what its albedo says, for all directions it can be seen from; shooting is
+//! the exact adjoint of that. As with all shading normals what is shot may then be more or less than arrived for single
+//! directions, but no factor of multiplication exceeds the largest albedo.
 
 mod bsdf;
 mod dielectric;
@@ -10,6 +15,7 @@ mod diffuse;
 mod fresnel;
 mod mirror;
 mod normals;
+mod smooth;
 mod thin_dielectric;
 
 pub use bsdf::{Bsdf, Lobe, Term};
@@ -41,4 +47,7 @@ pub struct Sample {
     pub weight: Vec3,
     /// Density of `to` in solid angle (sr⁻¹); for a delta lobe the probability of the branch that was chosen.
     pub pdf_solid_angle: f32,
+    /// True where a delta lobe turned the walk about the geometric normal, because about the shading normal it would
+    /// have gone to the wrong side.
+    pub geometric: bool,
 }

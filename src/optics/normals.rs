@@ -30,20 +30,27 @@ impl Normals {
     }
 
     /// True when both directions leave on the same side, by the geometric and by the shading normal alike.
-    /// Directions for which the two normals disagree neither reflect nor transmit.
     #[inline(always)]
     pub fn same_side(&self, a: Vec3, b: Vec3) -> bool {
-        let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
-        let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
-        ag * bg > 0.0 && a_s * ag > 0.0 && bs * bg > 0.0
+        self.counts(a, b) && self.counts(b, a)
     }
 
-    /// True when the directions leave on opposite sides, by the geometric and by the shading normal alike.
+    /// True when light from `wi` counts where the surface is seen from `wo`: it arrives on the same side of the geometric
+    /// normal, and the shading normal says that too.
     #[inline(always)]
-    pub fn opposite_sides(&self, a: Vec3, b: Vec3) -> bool {
-        let (ag, bg) = (self.geometric.dot(a), self.geometric.dot(b));
-        let (a_s, bs) = (self.shading.dot(a), self.shading.dot(b));
-        ag * bg < 0.0 && a_s * ag > 0.0 && bs * bg > 0.0
+    pub fn counts(&self, wo: Vec3, wi: Vec3) -> bool {
+        let (og, ig) = (self.geometric.dot(wo), self.geometric.dot(wi));
+        og * ig > 0.0 && self.shading.dot(wi) * ig > 0.0
+    }
+
+    /// The share of a cosine lobe about the shading normal that lies above the surface, (1 + ns·ng) / 2: seen along the
+    /// shading normal, half a disk and half an ellipse.
+    #[inline(always)]
+    pub fn share_above(&self) -> f32 {
+        if self.shading == self.geometric {
+            return 1.0;
+        }
+        0.5 + 0.5 * self.shading.dot(self.geometric)
     }
 
     /// What power that arrives from `wi` counts for, against what the true cosine says: |wi·ns| / |wi·ng|.

@@ -5,6 +5,9 @@
 //! solid displaces it. (Schmidt, Budge 2002, "Simple nested dielectrics in ray traced images", let users order solids
 //! by priorities; here size does.) A closed surface whose front looks in is a bubble of air.
 //!
+//! The tint of a medium acts where light enters its place and where it leaves it, whichever face lies there: a liquid that
+//! reaches into the wall of its glass begins, by its matter, at the inner face of the wall.
+//!
 //! Light carries no list of solids: a face asks which ones contain the places just off its two sides, by counting
 //! the faces from there to infinity. Faces that coincide lie between the same two places, so that whichever is met first
 //! acts as the one interface between the two inner media, and light starts behind both.
@@ -16,14 +19,16 @@ use crate::optics::{Dielectric, Lobe};
 use crate::scene::{Mesh, Scene, SurfacePoint};
 use fearless_simd::Level;
 use glam::Vec3;
-use rayon::prelude::*;
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Solids of glass that have others about them.
 pub(super) struct Media {
     solids: Vec<Solid>,
-    /// Their triangles alone, all of which let lines through.
+    /// Their triangles alone.
+    mesh: Mesh,
+    /// These, all of which let lines through.
     rays: Rays,
     /// The solid of each of those.
     solid: Vec<u32>,
@@ -45,12 +50,11 @@ struct Solid {
 }
 
 /// What is known about a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
 enum Face {
     /// It belongs to no solid, or to one that has no others about it.
     Alone,
-    /// No other solid touches it: the same on all of it.
-    Known(Dielectric),
+    /// This one of those triangles, which no other solid touches: the same on all of it, and asked when light first meets it.
+    Same(u32, OnceLock<Dielectric>),
     /// A face of this solid that others touch.
     Ask(u32),
 }
@@ -89,8 +93,8 @@ impl Media {
         let (triangles, solid): (Vec<u32>, Vec<u32>) =
             all.filter_map(|triangle| Some((triangle, of_triangle(triangle)?))).unzip();
         let mesh = Mesh {
-            positions: scene.mesh.positions.clone(),
-            triangles: triangles.iter().map(|&triangle| scene.mesh.triangles[triangle as usize]).collect(),
+            positions: triangles.iter().flat_map(|&triangle| scene.mesh.corners(triangle)).collect(),
+            triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             ..Mesh::default()
         };
         let rays = Rays {
@@ -100,29 +104,26 @@ impl Media {
             level,
             media: None,
         };
-        let bounds: Vec<Bounds> = triangles.iter().map(|&t| Bounds::of(scene.mesh.corners(t))).collect();
+        let bounds: Vec<Bounds> = (0..triangles.len() as u32).map(|i| Bounds::of(mesh.corners(i))).collect();
         let touching = touching(&bounds, &solid);
-        let mut media = Self { solids, rays, solid, faces: vec![Face::Alone; scene.mesh.triangles.len()] };
-        let faces: Vec<Face> = (0..triangles.len())
-            .into_par_iter()
-            .map(|i| {
-                let own = media.solid[i];
-                let middle = || scene.mesh.point(triangles[i], 1.0 / 3.0, 1.0 / 3.0, false);
-                if touching[i] { Face::Ask(own) } else { Face::Known(media.between(own, &middle())) }
-            })
-            .collect();
-        for (triangle, face) in triangles.into_iter().zip(faces) {
-            media.faces[triangle as usize] = face;
+        let mut faces: Vec<Face> = scene.mesh.triangles.iter().map(|_| Face::Alone).collect();
+        for (i, (triangle, touched)) in (0..).zip(triangles.into_iter().zip(touching)) {
+            faces[triangle as usize] =
+                if touched { Face::Ask(solid[i as usize]) } else { Face::Same(i, OnceLock::new()) };
         }
-        media
+        Self { solids, mesh, rays, solid, faces }
     }
 
     /// `glass`, a face's own against air, as the interface that it is at `point`.
     pub fn interface(&self, glass: Dielectric, point: &SurfacePoint) -> Dielectric {
-        match self.faces[point.triangle as usize] {
+        match &self.faces[point.triangle as usize] {
             Face::Alone => glass,
-            Face::Known(interface) => interface,
-            Face::Ask(solid) => self.between(solid, point),
+            Face::Same(triangle, interface) => *interface.get_or_init(|| {
+                // At its middle, whoever asks first.
+                let middle = self.mesh.point(*triangle, 1.0 / 3.0, 1.0 / 3.0, false);
+                self.between(self.solid[*triangle as usize], &middle)
+            }),
+            Face::Ask(solid) => self.between(*solid, point),
         }
     }
 
@@ -149,30 +150,32 @@ impl Media {
         let index = |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index());
         // A bubble in nothing: its own glass is around it.
         let around = if solid.bubble && inner.is_none() { solid.glass.ior } else { index(inner) };
-        // Light is filtered by the faces that are here, of those two media.
-        let here = |medium: &u32| front.contains(medium) != back.contains(medium);
-        let tint = outer.iter().chain(&inner).filter(|medium| here(medium));
-        let tint = tint.map(|medium| self.solids[*medium as usize].glass.tint).product();
-        Dielectric { ior: around / index(outer), tint }
+        Dielectric { ior: around / index(outer), tint: self.filter(outer, inner) }
+    }
+
+    /// What light is filtered by on its way between two media: by the matter of both, of whichever solid the face is that
+    /// lies between them. A bubble in its own glass is the hollow of that glass, not matter of its own.
+    fn filter(&self, outer: Option<u32>, inner: Option<u32>) -> Vec3 {
+        let matter = |medium: u32| &self.solids[medium as usize];
+        match (outer.map(matter), inner.map(matter)) {
+            (Some(outer), Some(inner)) if outer.material == inner.material => outer.glass.tint,
+            (outer, inner) => outer.iter().chain(&inner).map(|solid| solid.glass.tint).product(),
+        }
     }
 
     /// The solids that contain a place: those of whose faces a line to infinity meets more backs than fronts.
     fn containing(&self, place: Vec3, direction: Vec3) -> Vec<u32> {
         HITS.with_borrow_mut(|hits| {
             self.rays.crossings(&Ray { origin: place, direction, t_max: f32::INFINITY }, hits);
-            let mut counts: Vec<(u32, i32)> = Vec::new();
-            for hit in hits {
-                let solid = self.solid[hit.triangle as usize];
-                let step = if hit.back { 1 } else { -1 };
-                match counts.iter_mut().find(|(known, _)| *known == solid) {
-                    Some((_, count)) => *count += step,
-                    None => counts.push((solid, step)),
-                }
-            }
-            let within = |(solid, count): &(u32, i32)| {
-                if self.solids[*solid as usize].bubble { *count < 0 } else { *count > 0 }
+            let step = |hit: &Hit| (self.solid[hit.triangle as usize], if hit.back { 1 } else { -1 });
+            let mut steps: Vec<(u32, i32)> = hits.iter().map(step).collect();
+            steps.sort_unstable();
+            let within = |steps: &[(u32, i32)]| {
+                let (solid, count) = (steps[0].0, steps.iter().map(|step| step.1).sum::<i32>());
+                let inside = if self.solids[solid as usize].bubble { count < 0 } else { count > 0 };
+                inside.then_some(solid)
             };
-            counts.iter().filter(|entry| within(entry)).map(|(solid, _)| *solid).collect()
+            steps.chunk_by(|a, b| a.0 == b.0).filter_map(within).collect()
         })
     }
 
@@ -236,15 +239,6 @@ impl Solid {
 
 /// Which solids have others about them: their boxes meet.
 fn crowded(solids: &[Solid]) -> Vec<bool> {
-    let mut order: Vec<usize> = (0..solids.len()).collect();
-    order.sort_by(|a, b| solids[*a].bounds.min.x.total_cmp(&solids[*b].bounds.min.x));
-    let mut crowded = vec![false; solids.len()];
-    for (i, &a) in order.iter().enumerate() {
-        let reached =
-            order[i + 1..].iter().take_while(|&&b| solids[b].bounds.min.x <= solids[a].bounds.max.x);
-        for &b in reached.filter(|&&b| solids[a].bounds.meets(&solids[b].bounds)) {
-            (crowded[a], crowded[b]) = (true, true);
-        }
-    }
-    crowded
+    let bounds: Vec<Bounds> = solids.iter().map(|solid| solid.bounds).collect();
+    touching(&bounds, &(0..solids.len() as u32).collect::<Vec<u32>>())
 }

@@ -11,10 +11,10 @@ pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
 pub use guide::Guide;
 
 use crate::light::Power;
-use crate::optics::{Bsdf, Sample, Transport};
+use crate::optics::{Bsdf, Normals, Sample, Transport};
 use crate::plan::{LEVELS, PhotonClasses, PhotonPlan, Plan, Settings};
 use crate::rays::{Hit, Ray};
-use crate::sampling::{Rng, Sobol, Stream, choose, hash};
+use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
 use crate::scene::{Material, SurfacePoint, View};
 use crowd::Crowd;
 use glam::Vec3;
@@ -131,10 +131,9 @@ impl Ledger {
 /// Paths that one task follows before it hands back its photons; results do not depend on it.
 const PATHS_PER_TASK: u32 = 2048;
 
-/// Delta reflections in a row that are followed for certain; beyond, a lossless hall of mirrors is left by roulette.
+/// Delta reflections in a row that are followed for certain; beyond, a lossless hall of mirrors is left by
+/// [roulette](endurance).
 const CERTAIN_DELTA_CHAIN: u32 = 64;
-/// Survival probability of each further one.
-const DELTA_CHAIN_SURVIVAL: f32 = 0.99;
 
 /// Photons of stiff series fade to this part of their power before roulette sets in. A path is then ln(256) ≈ 6 times
 /// as long on average and its sum varies by 1/256 instead of by itself: ten thousand times the efficiency.
@@ -330,7 +329,7 @@ impl<'a, P: Power> Walk<'a, P> {
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
         let term = &bsdf.terms[term];
         let lobe = self.plan.rays.lobe_at(term.lobe, point);
-        let Some(Sample { to, weight, pdf_solid_angle }) =
+        let Some(Sample { to, weight, pdf_solid_angle, geometric }) =
             lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
         else {
             return 0.0;
@@ -339,7 +338,7 @@ impl<'a, P: Power> Walk<'a, P> {
         let child = power.through(term.coefficient).filtered(weight).scaled(1.0 / probability);
         let delta = term.lobe.is_delta();
         let delta_chain = if delta { line.delta_chain + 1 } else { 0 };
-        let forced = if delta_chain > CERTAIN_DELTA_CHAIN { DELTA_CHAIN_SURVIVAL } else { 1.0 };
+        let forced = endurance(delta_chain, CERTAIN_DELTA_CHAIN);
         // A child survives in proportion to its power, so that photons stay alike. In generations that multiply,
         // the unit grows with them: their number stays the same and their weight grows. In those that hardly fade it
         // falls with them for a while: the length of a path is then no matter of chance until little is left of it.
@@ -354,13 +353,14 @@ impl<'a, P: Power> Walk<'a, P> {
         let class =
             if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
-            let smooth = self.plan.is_smooth(hit.triangle);
+            let smooth = self.plan.is_smooth(hit.triangle) && !geometric;
+            let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
             let bend = |step: Vec3| match smooth {
                 true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),
                 false => Vec3::ZERO,
             };
             let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
-            beam.scattered(&lobe, &point.normals, [from, to], bend)
+            beam.scattered(&lobe, &normals, [from, to], bend)
                 .thinned(probability * pdf_solid_angle * survival)
         } else {
             line.beam

@@ -211,6 +211,28 @@ fn with_mirrors_and_glass() {
 }
 
 #[test]
+fn with_facets_that_are_shaded_smooth() {
+    // Balls of so few facets that much of what is seen of them is seen askew.
+    let mut build = mixed(false, false);
+    let lobes = [
+        (
+            Vec3::new(-0.5, -0.5, 0.0),
+            Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false }),
+        ),
+        (
+            Vec3::new(0.5, -0.45, 0.2),
+            Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::new(0.9, 1.0, 0.95) }),
+        ),
+        (Vec3::new(0.1, 0.45, -0.3), diffuse(0.8)),
+    ];
+    for (centre, lobe) in lobes {
+        let ball = build.material("Ball", lobe);
+        build.sphere(centre, 0.4, (10, 6), false, ball);
+    }
+    must_agree("facets", &build.finish(), Direct::Connection);
+}
+
+#[test]
 fn with_mirrors_and_glass_between_the_corners() {
     if left_to_the_long_run("whitted mirror") {
         return;

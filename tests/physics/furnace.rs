@@ -3,7 +3,8 @@
 use crate::support::{Build, Measured, diffuse, glow, measure, small};
 use glam::Vec3;
 use halflight::film::Layer;
-use halflight::plan::Settings;
+use halflight::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
+use halflight::plan::{Method, Settings};
 use halflight::render::Render;
 use halflight::scene::{Camera, Illumination, Projection, Scene};
 
@@ -63,4 +64,44 @@ fn in_an_empty_convex_room_shadowless_is_global() {
     let (global, shadowless) = (passes(Illumination::GLOBAL, 1), passes(Illumination::SHADOWLESS, 2));
     let error = global.error.hypot(shadowless.error);
     Measured { mean: shadowless.mean, error }.must_be(global.mean, 0.0);
+}
+
+#[test]
+fn balls_of_few_facets_lose_nothing_however_they_are_shaded() {
+    // A room that glows alike and reflects nothing, and in it a ball of few facets whose normals are those of a sphere.
+    let room = |lobe| {
+        let camera = Camera::look_at(
+            Vec3::new(0.3, 0.5, 3.0),
+            Vec3::ZERO,
+            Vec3::Y,
+            Projection::Perspective { yfov: 0.7 },
+        );
+        let mut build = Build::new(Illumination::GLOBAL, camera);
+        let wall = build.material("Wall", diffuse(0.0));
+        build.0.materials[wall as usize].emission = glow(1.0);
+        build.sphere(Vec3::ZERO, 9.0, (16, 8), true, wall);
+        build.0.surfaces[0].smooth = false;
+        let ball = build.material("Ball", lobe);
+        build.sphere(Vec3::ZERO, 1.0, (10, 6), false, ball);
+        build.finish()
+    };
+    let tint = Vec3::ONE;
+    for (name, lobe) in [
+        ("glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint })),
+        ("pane", Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint })),
+        ("mirror", Lobe::Mirror(Mirror { tint, two_sided: false })),
+        ("white", Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false })),
+    ] {
+        for method in [Method::Photon, Method::Path] {
+            let settings = Settings { method, samples: 4, ..small(40, 40, 1000) };
+            let mut render = Render::new(room(lobe), settings, &[Layer::Visible]).expect("a render");
+            (0..100).for_each(|_| render.pass());
+            let film = render.film();
+            let (mean, error) = (film.mean_colour().x, film.mean_colour_error().expect("passes").x);
+            Measured { mean, error }.must_be(1.0, 1e-3);
+            // Nor anywhere: rims are no darker than the middle.
+            let least = film.mean(Layer::Visible).iter().map(|rgb| rgb.x).fold(f32::INFINITY, f32::min);
+            assert!(least > 0.8, "{name} by {method:?}: a pixel of {least}");
+        }
+    }
 }

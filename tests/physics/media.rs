@@ -257,3 +257,151 @@ fn solids_that_air_surrounds_ask_nothing() {
     };
     assert_eq!(picture(Vec::new()), picture(vec![Omittable::Media]));
 }
+
+fn tinted(ior: f32, tint: Vec3) -> Lobe {
+    Lobe::Dielectric(Dielectric { ior, tint })
+}
+
+#[test]
+fn a_liquid_has_its_colour_however_it_lies_in_its_glass() {
+    // Index-matched, so that only the outer faces reflect: T = (1 − R)² g² τ / (1 − R² τ²), with τ of one way inside.
+    let (g, w, r) = (0.95, 0.8, r(1.0, 1.5));
+    let within = g * w * w * g;
+    let expected = (1.0 - r).powi(2) * g * g * within / (1.0 - (r * within).powi(2));
+    // Of a tumbler with thick walls its liquid is the smaller, of one with thin walls the wall.
+    for (wall, hollow) in [(1.0, 0.6), (1.0, 0.98)] {
+        for into in [0.0, 0.015, -0.015] {
+            for own_mesh in [true, false] {
+                let tumbler = |build: &mut Build| {
+                    let glass = build.material("Glass", tinted(1.5, Vec3::splat(g as f32)));
+                    let wine = build.material("Wine", tinted(1.5, Vec3::splat(w as f32)));
+                    let first = build.0.mesh.triangles.len();
+                    brick(build, -wall, wall, 1.5, 2, glass);
+                    let (surface, inner) = (build.0.mesh.surface[first], build.0.mesh.triangles.len());
+                    brick(build, -hollow, hollow, 1.3, if own_mesh { 3 } else { 2 }, glass);
+                    // The inner wall belongs to the same solid and looks into the hollow.
+                    build.0.mesh.triangles[inner..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+                    build.0.mesh.surface[inner..].fill(surface);
+                    let (half, high) = (1.3 + into, hollow + into);
+                    brick(build, -high, high, half, if own_mesh { 5 } else { 2 }, wine);
+                };
+                if into < 0.0 {
+                    // A gap of air: four faces more reflect, and colour all the same.
+                    let air = transmitted(tumbler, true).mean;
+                    let clear = (1.0 - r).powi(6) * (g * g * w * g * g * w);
+                    assert!(air > clear && air < 1.2 * clear, "{air} for {clear}");
+                } else {
+                    transmitted(tumbler, true).must_be(expected, 2e-4);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn bubbles_and_nested_solids_are_tinted_by_what_is_passed() {
+    let (g, w, r) = (0.95, 0.8, r(1.0, 1.5));
+    let slab = |within: f64| (1.0 - r).powi(2) * g * g * within / (1.0 - (r * within).powi(2));
+    // A ball of liquid that displaces its glass: glass ends where it begins.
+    let nested = |build: &mut Build| {
+        let glass = build.material("Glass", tinted(1.5, Vec3::splat(g as f32)));
+        let wine = build.material("Wine", tinted(1.5, Vec3::splat(w as f32)));
+        brick(build, -1.0, 1.0, 3.0, 2, glass);
+        brick(build, -0.4, 0.3, 2.0, 3, wine);
+    };
+    transmitted(nested, true).must_be(slab(g * w * w * g), 2e-4);
+    // A hollow of its own glass colours as the wall of a shell does: once at each face.
+    let shell = |bubble: bool| {
+        move |build: &mut Build| {
+            let glass = build.material("Glass", tinted(1.5, Vec3::splat(g as f32)));
+            let first = build.0.mesh.triangles.len();
+            brick(build, -1.0, 1.0, 3.0, 2, glass);
+            let (surface, inner) = (build.0.mesh.surface[first], build.0.mesh.triangles.len());
+            brick(build, -0.5, 0.5, 2.0, 3, glass);
+            build.0.mesh.triangles[inner..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            if !bubble {
+                build.0.mesh.surface[inner..].fill(surface);
+                // Something else that touches, so that media are asked for.
+                brick(build, 5.0, 6.0, 1.0, 1, glass);
+                brick(build, 5.5, 7.0, 1.0, 1, glass);
+            }
+        }
+    };
+    // Faces of an amplitude each: R and g at all four, both ways.
+    let stack = |layers: u32| {
+        (0..layers).fold((1.0_f64, 0.0_f64), |(through, back), _| {
+            // Adding one face behind what is there: T = t T′ / (1 − R R′).
+            let t = (1.0 - r) * g;
+            let loop_ = 1.0 / (1.0 - back * r);
+            (through * t * loop_, r + t * t * back * loop_)
+        })
+    };
+    let (expected, _) = stack(4);
+    transmitted(shell(true), true).must_be(expected, 2e-4);
+}
+
+/// A closed lathe of so many segments about y.
+fn lathe(build: &mut Build, profile: &[[f32; 2]], segments: u32, material: u32) {
+    let first_triangle = build.0.mesh.triangles.len();
+    let at = |[r, y]: [f32; 2], i: u32| {
+        let (sin, cos) = (std::f32::consts::TAU * (i % segments) as f32 / segments as f32).sin_cos();
+        Vec3::new(r * cos, y, r * sin)
+    };
+    // The surface of a quadrilateral, then all the others' triangles.
+    build.quad(Vec3::ZERO, Vec3::X, Vec3::Y, material);
+    build.0.mesh.triangles.truncate(first_triangle);
+    let surface = build.0.mesh.surface[first_triangle];
+    build.0.mesh.surface.truncate(first_triangle);
+    build.0.surfaces[surface as usize].closed = true;
+    for ends in profile.windows(2) {
+        for i in 0..segments {
+            let corners = [at(ends[0], i), at(ends[0], i + 1), at(ends[1], i + 1), at(ends[1], i)];
+            for triangle in [[0, 2, 1], [0, 3, 2]] {
+                let corners = triangle.map(|k: usize| corners[k]);
+                if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
+                    continue;
+                }
+                let first = build.0.mesh.positions.len() as u32;
+                build.0.mesh.positions.extend(corners);
+                build.0.mesh.normals.extend([Vec3::Y; 3]);
+                build.0.mesh.triangles.push([first, first + 1, first + 2]);
+                build.0.mesh.surface.push(surface);
+            }
+        }
+    }
+}
+
+#[test]
+fn wine_is_red_in_glasses_of_any_number_of_segments() {
+    let tint = Vec3::new(0.5, 0.02, 0.05);
+    // Index-matched: the room that glows alike is seen by R + (1 − R)² τ (1 + R τ + …), each colour for itself.
+    let r = r(1.0, 1.5);
+    let seen = |tint: f64| {
+        let within = tint * tint;
+        r + (1.0 - r).powi(2) * within * (1.0 + r * within) / (1.0 - (r * within).powi(2))
+    };
+    for segments in [24, 32, 48, 100, 256] {
+        for (wine_segments, into) in [(segments, 0.0), (segments, 5e-4), (segments / 2 + 6, 2e-3)] {
+            // Into the middle of a facet, across the axis.
+            let turn = std::f32::consts::PI / segments as f32;
+            let eye = Vec3::new(0.6 * turn.cos(), 0.03, 0.6 * turn.sin());
+            let mut build = furnace(eye, 0.03 * Vec3::Y, 0.002);
+            let glass = build.material("Glass", glass(1.5));
+            let wine = build.material("Wine", tinted(1.5, tint));
+            let tumbler = [[0.0, 0.0], [0.04, 0.0], [0.04, 0.1], [0.036, 0.1], [0.036, 0.005], [0.0, 0.005]];
+            lathe(&mut build, &tumbler, segments, glass);
+            let liquid =
+                [[0.0, 0.005 - into], [0.036 + into, 0.005 - into], [0.036 + into, 0.06], [0.0, 0.06]];
+            lathe(&mut build, &liquid, wine_segments, wine);
+            let mut render =
+                Render::new(build.finish(), small(8, 8, 1), &[Layer::Visible]).expect("a render");
+            (0..24).for_each(|_| render.pass());
+            let (mean, error) =
+                (render.film().mean_colour(), render.film().mean_colour_error().expect("passes"));
+            for axis in 0..3 {
+                let measured = Measured { mean: mean[axis], error: error[axis] };
+                measured.must_be(seen(f64::from(tint[axis])), 2e-3);
+            }
+        }
+    }
+}

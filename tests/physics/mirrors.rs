@@ -4,7 +4,7 @@ use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
 use glam::Vec3;
 use halflight::light::{Invisible, Light};
 use halflight::optics::{Lobe, Mirror};
-use halflight::plan::Plan;
+use halflight::plan::{Method, Plan, Settings};
 use halflight::scene::{Illumination, Luminaire, Scene, SpotCone};
 use halflight::shoot::shoot;
 
@@ -81,4 +81,35 @@ fn a_whitted_mirror_shows_it() {
     // Irradiance I / d² = 4 / 1.5², radiance ρ E / π, times the tint.
     let expected = 0.9 * 0.5 / std::f64::consts::PI * 4.0 / 2.25;
     measure(scene, small(8, 8, 1000), 4).must_be(expected, 0.001);
+}
+
+#[test]
+fn zz_experiment() {
+    for (half, method) in [(0.3_f32, Method::Photon), (0.3, Method::Path), (0.1, Method::Photon)] {
+        let camera = halflight::scene::Camera::look_at(
+            Vec3::new(0.1, -0.2, 1.5),
+            Vec3::ZERO,
+            Vec3::Y,
+            halflight::scene::Projection::Perspective { yfov: 1.0 },
+        );
+        let mut build = Build::new(Illumination::GLOBAL, camera);
+        let wall = build.material("Wall", mirror(1.0));
+        let lamp = build.material("Lamp", diffuse(0.0));
+        build.0.materials[lamp as usize].emission = glow(1.0);
+        for (c, h, m, out) in
+            [(Vec3::ZERO, 2.0_f32, wall, -1.0_f32), (Vec3::new(0.2, 0.1, 0.15), half, lamp, 1.0)]
+        {
+            for (axis, next, last) in
+                [(Vec3::X, Vec3::Y, Vec3::Z), (Vec3::Y, Vec3::Z, Vec3::X), (Vec3::Z, Vec3::X, Vec3::Y)]
+            {
+                for side in [1.0, -1.0] {
+                    let (a, b) = if side * out > 0.0 { (next, last) } else { (last, next) };
+                    build.quad(c + h * (side * axis - a - b), 2.0 * h * a, 2.0 * h * b, m);
+                }
+            }
+        }
+        let scene = build.finish();
+        let m = measure(scene, Settings { method, samples: 4, ..small(32, 32, 1000) }, 400);
+        println!("{half} {method:?} {m:?}");
+    }
 }

@@ -200,3 +200,169 @@ proptest! {
         }
     }
 }
+
+/// Normals of a facet whose shading normal is up to a right angle off.
+fn askew() -> impl Strategy<Value = Normals> {
+    (unit(), unit()).prop_map(|(geometric, shading)| {
+        let shading = if geometric.dot(shading) < 0.0 { -shading } else { shading };
+        Normals::new(geometric, shading)
+    })
+}
+
+fn smooth_lobe() -> impl Strategy<Value = Lobe> {
+    let tint = Vec3::ONE;
+    prop_oneof![
+        Just(Lobe::Mirror(Mirror { tint, two_sided: true })),
+        (0.25_f32..4.0).prop_map(move |ior| Lobe::Dielectric(Dielectric { ior, tint })),
+        (0.25_f32..4.0).prop_map(move |ior| Lobe::ThinDielectric(ThinDielectric { ior, tint })),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+    #[test]
+    fn what_is_not_absorbed_goes_on_whatever_the_normals(lobe in smooth_lobe(), normals in askew(), from in unit()) {
+        prop_assume!(normals.geometric.dot(from).abs() > 1e-3);
+        let branches = lobe.branches(&normals, from, Transport::Gathering);
+        let whole: f32 = branches.iter().flatten().map(|branch| branch.pdf_solid_angle).sum();
+        prop_assert!((whole - 1.0).abs() < 1e-5, "{whole}");
+        for branch in branches.into_iter().flatten() {
+            // Radiance is compressed where light goes to the other side by the geometric normal, and only there.
+            let crosses = normals.is_front(from) != normals.is_front(branch.to);
+            let scale = match lobe {
+                Lobe::Dielectric(Dielectric { ior, .. }) if crosses => if normals.is_front(from) { ior * ior } else { 1.0 / (ior * ior) },
+                _ => 1.0,
+            };
+            prop_assert!((branch.weight * scale - 1.0).abs().max_element() < 1e-5, "{branch:?}");
+            prop_assert!((branch.to.length() - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn white_matter_scatters_all_that_can_be_seen_of_it(normals in askew(), from in unit(), u in numbers()) {
+        prop_assume!(normals.geometric.dot(from).abs() > 1e-3);
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+        if let Some(sample) = lobe.sample(&normals, from, Transport::Gathering, u) {
+            prop_assert!(normals.counts(from, sample.to) && sample.weight == Vec3::ONE);
+            let pdf = lobe.pdf(&normals, from, sample.to);
+            let weight = lobe.eval(&normals, from, sample.to) * sample.to.dot(normals.shading).abs() / pdf;
+            prop_assert!((weight - 1.0).abs().max_element() < 1e-4, "{weight}");
+        }
+    }
+}
+
+/// Facets whose shading normals are off by so many degrees.
+fn facets() -> Vec<Normals> {
+    [0.0_f32, 8.0, 30.0, 55.0, 70.0]
+        .map(|degrees| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            Normals::new(Vec3::Z, Vec3::new(sin * 0.8, sin * 0.6, cos))
+        })
+        .to_vec()
+}
+
+/// Mean and standard error.
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> (f64, f64) {
+    let n = values.len() as f64;
+    let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), x| (sum + x, squares + x * x));
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean) / (n - 1.0)).sqrt())
+}
+
+#[test]
+fn white_facets_are_as_bright_as_the_room_from_wherever_they_are_seen() {
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    for normals in facets() {
+        for from in [Vec3::new(-0.9, -0.3, 0.05), Vec3::new(0.5, 0.5, 0.6), Vec3::new(-0.9, -0.3, -0.1)] {
+            let from = from.normalize();
+            let mut rng = Rng::new(6, Stream::Test, 0, 0);
+            let seen = (0..300_000).map(|_| {
+                let to = warp::sphere(rng.f32x2());
+                let f = lobe.eval(&normals, from, to).x * to.dot(normals.shading).abs();
+                f64::from(f) * 2.0 * TAU
+            });
+            let (seen, error) = mean(seen);
+            assert!(
+                (seen - 1.0).abs() < 3.5 * error && 3.5 * error < 0.02,
+                "{normals:?} from {from}: {seen} ± {error}"
+            );
+            // And samples come from where the light does: the mean of a direction's coordinates.
+            let mut rng = Rng::new(7, Stream::Test, 0, 0);
+            let axes = [Vec3::X, Vec3::new(0.3, -0.8, 0.5), normals.shading];
+            for axis in axes {
+                let by_density = (0..300_000).map(|_| {
+                    let to = warp::sphere(rng.f32x2());
+                    f64::from(lobe.pdf(&normals, from, to) * (1.0 + to.dot(axis)).powi(3)) * 2.0 * TAU
+                });
+                let (expected, error) = mean(by_density);
+                let sampled = (0..300_000).map(|_| {
+                    let sample = lobe.sample(&normals, from, Transport::Gathering, rng.f32x3());
+                    sample.map_or(0.0, |sample| f64::from((1.0 + sample.to.dot(axis)).powi(3)))
+                });
+                let (found, other) = mean(sampled);
+                let z = |found: f64| (found - expected).abs() / error.hypot(other);
+                assert!(z(found) < 4.0, "{normals:?} from {from}: {found} for {expected}");
+                assert!(z(1.02 * found) > 4.0 || z(0.98 * found) > 4.0);
+            }
+        }
+    }
+}
+
+/// ∫∫ g(wo) K(wo, wi) h(wi): power that an eye of sensitivity g reads of light h, walked from the eye and from the light.
+fn read_from_both_ends(
+    lobe: &Lobe,
+    normals: &Normals,
+    [eye, light]: [Vec3; 2],
+    seed: u64,
+) -> [(f64, f64); 2] {
+    let mut rng = Rng::new(seed, Stream::Test, 0, 0);
+    let bump = |about: Vec3, w: Vec3| (1.05 + about.dot(w)).powi(2);
+    [(eye, light, Transport::Gathering), (light, eye, Transport::Shooting)].map(|(start, end, transport)| {
+        mean((0..if lobe.is_delta() { 400_000 } else { 1_500_000 }).map(|_| {
+            let from = warp::sphere(rng.f32x2());
+            let u = rng.f32x3();
+            let carried = bump(start, from) * normals.geometric.dot(from).abs();
+            let read = |sample: halflight::optics::Sample| sample.weight.x * bump(end, sample.to);
+            let read: f32 = if lobe.is_delta() {
+                let branches = lobe.branches(normals, from, transport);
+                branches.into_iter().flatten().map(|branch| branch.pdf_solid_angle * read(branch)).sum()
+            } else {
+                lobe.sample(normals, from, transport, u).map_or(0.0, read)
+            };
+            f64::from(carried * read)
+        }))
+    })
+}
+
+#[test]
+fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
+    let tint = Vec3::splat(0.8);
+    let lobes = [
+        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: true }),
+        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false }),
+        Lobe::Mirror(Mirror { tint, two_sided: true }),
+        Lobe::Mirror(Mirror { tint, two_sided: false }),
+        Lobe::Dielectric(Dielectric { ior: 1.5, tint }),
+        Lobe::Dielectric(Dielectric { ior: 0.6, tint }),
+        Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint }),
+    ];
+    let ends = [[-Vec3::X, Vec3::X], [Vec3::X, -Vec3::Z], [Vec3::Z, Vec3::new(-0.8, -0.6, 0.0)]];
+    for (k, lobe) in lobes.iter().enumerate() {
+        for normals in facets() {
+            for (i, ends) in ends.iter().enumerate() {
+                let [(gathered, a), (shot, b)] =
+                    read_from_both_ends(lobe, &normals, *ends, (10 * k + i) as u64);
+                let z = |shot: f64| (shot - gathered).abs() / a.hypot(b);
+                assert!(
+                    z(shot) < 4.0,
+                    "{lobe:?} {normals:?} {ends:?}: {gathered} ± {a} gathered, {shot} ± {b} shot"
+                );
+                assert!(
+                    z(0.98 * shot) > 4.0 || z(1.02 * shot) > 4.0,
+                    "{lobe:?} {normals:?}: too noisy, {a} {b} of {shot}"
+                );
+            }
+        }
+    }
+}
