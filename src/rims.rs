@@ -45,24 +45,35 @@ struct Rim {
 
 /// The rims of a scene, indexed.
 pub struct Rims {
+    /// Those that fill the same box one behind the other.
     rims: Vec<Rim>,
+    /// Where those of each distinct box start, and the end: the builder of the tree takes O(n²) for n equal boxes, as of a fan of
+    /// leaves on one stem.
+    starts: Vec<u32>,
     tree: Option<Bvh2>,
 }
 
 impl Rims {
     /// No rims: every disk is whole.
     pub fn none() -> Self {
-        Self { rims: Vec::new(), tree: None }
+        Self { rims: Vec::new(), starts: vec![0], tree: None }
     }
 
     /// The rims of all surfaces whose material (by index) takes photons.
     pub fn of(scene: &Scene, takes_photons: &[bool]) -> Self {
-        let rims = merge_equal(find(scene, takes_photons));
-        let boxes: Vec<Aabb> =
-            rims.iter().map(|rim| Aabb::new(rim.a.min(rim.b).into(), rim.a.max(rim.b).into())).collect();
+        let mut rims = merge_equal(find(scene, takes_photons));
+        let corners = |rim: &Rim| [rim.a.min(rim.b), rim.a.max(rim.b)];
+        let key = |rim: &Rim| corners(rim).map(|corner| (corner + Vec3::ZERO).to_array().map(f32::to_bits));
+        rims.sort_by_cached_key(key);
+        let (mut boxes, mut starts) = (Vec::new(), vec![0]);
+        for group in rims.chunk_by(|a, b| key(a) == key(b)) {
+            let [min, max] = corners(&group[0]);
+            boxes.push(Aabb::new(min.into(), max.into()));
+            starts.push(starts[starts.len() - 1] + group.len() as u32);
+        }
         let tree = (!boxes.is_empty())
             .then(|| build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default()));
-        Self { rims, tree }
+        Self { rims, starts, tree }
     }
 
     /// How many rims.
@@ -73,7 +84,7 @@ impl Rims {
     /// What they take in memory.
     pub fn bytes(&self) -> usize {
         let tree = |tree: &Bvh2| size_of_val(&tree.nodes[..]) + size_of_val(&tree.primitive_indices[..]);
-        size_of_val(&self.rims[..]) + self.tree.as_ref().map_or(0, tree)
+        size_of_val(&self.rims[..]) + size_of_val(&self.starts[..]) + self.tree.as_ref().map_or(0, tree)
     }
 
     /// True when no surface ends.
@@ -97,7 +108,9 @@ impl Rims {
         tree.aabb_traverse(reach, |tree, node| {
             let node = &tree.nodes[node as usize];
             let slots = node.first_index..node.first_index + node.prim_count;
-            near.extend(slots.map(|slot| tree.primitive_indices[slot as usize]));
+            for group in slots.map(|slot| tree.primitive_indices[slot as usize] as usize) {
+                near.extend(self.starts[group]..self.starts[group + 1]);
+            }
             true
         });
     }
@@ -337,6 +350,23 @@ mod tests {
                 "{p} against {exact} at {x}, {z}, r {r}"
             );
         }
+    }
+
+    #[test]
+    fn fans_about_one_stem_have_one_box_there() {
+        let n = 1000;
+        let mut leaves = scene(&vec![SQUARE[0]; n]);
+        for i in 0..n {
+            let (sin, cos) = (i as f32).sin_cos();
+            let corners = [Vec3::ZERO, Vec3::Y, Vec3::new(cos, 0.3, sin)];
+            leaves.mesh.positions[3 * i..3 * i + 3].copy_from_slice(&corners);
+        }
+        let rims = Rims::of(&leaves, &[true]);
+        let mut near = Vec::new();
+        rims.near(Vec3::new(0.0, 0.5, 0.0), 1e-3, &mut near);
+        // The stem, and the edges that start at its tip.
+        assert_eq!((rims.len(), near.len()), (3 * n, 2 * n));
+        assert!(rims.starts.len() < 2 * n + 10, "{} boxes", rims.starts.len());
     }
 
     #[test]

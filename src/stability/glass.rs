@@ -3,6 +3,7 @@
 use super::build::{Build, diffuse, film, finite, glass, look, mean_is};
 use super::{Case, Check, Effort, Run};
 use crate::light::{Invisible, Light};
+use crate::optics::{Dielectric, Lobe, Mirror};
 use crate::plan::Plan;
 use crate::scene::{Illumination, Luminaire, SpotCone};
 use crate::shoot::shoot;
@@ -33,6 +34,21 @@ pub(super) const CASES: &[Case] = &[
         name: "total-reflection",
         promise: "nothing passes beyond the critical angle",
         run: Run::AtOnce(total),
+    },
+    Case {
+        name: "coloured-liquid",
+        promise: "a liquid has its colour whether it touches its glass, is displaced by it, or displaces it",
+        run: Run::AtOnce(coloured),
+    },
+    Case {
+        name: "facets",
+        promise: "in a room that glows alike a ball of few facets shaded smooth is not seen, of glass or mirror",
+        run: Run::AtOnce(facets),
+    },
+    Case {
+        name: "hall-of-mirrors",
+        promise: "a closed room of perfect mirrors is as bright as the lamp in it",
+        run: Run::AtOnce(hall),
     },
     Case {
         name: "camera-inside",
@@ -182,6 +198,85 @@ fn coincident(_: Effort) -> Vec<Check> {
         both("the same slab twice", twice, through(&[glass, glass])),
     ]
     .concat()
+}
+
+fn coloured(_: Effort) -> Vec<Check> {
+    let tint = 0.5;
+    // Index-matched: the outer faces reflect, and light crosses two faces of the liquid.
+    let (r, within) = (between(1.0, GLASS), f64::from(tint).powi(2));
+    let expected = (1.0 - r).powi(2) * within / (1.0 - (r * within).powi(2));
+    let tumbler = |wall: f32, into: f32| {
+        move |build: &mut Build| {
+            slab(build, 0.4 - wall, 0.4, GLASS);
+            let wine = Lobe::Dielectric(Dielectric { ior: GLASS, tint: Vec3::splat(tint) });
+            let wine = build.material("Wine", wine);
+            build.level(0.6 + into, 50.0, true, wine);
+            build.level(0.4 - into, 50.0, false, wine);
+            slab(build, 0.6, 0.6 + wall, GLASS);
+        }
+    };
+    [
+        both("touching", tumbler(0.1, 0.0), expected),
+        both("reaching into a thin wall", tumbler(0.1, 0.01), expected),
+        both("reaching into a thick wall", tumbler(0.35, 0.01), expected),
+    ]
+    .concat()
+}
+
+/// A ball of `around` × `down` facets about zero, shaded as a sphere.
+fn ball(build: &mut Build, around: u32, down: u32, material: u32) {
+    let place = |i: u32, j: u32| {
+        let turn = (i % around) as f32 / around as f32;
+        crate::sampling::warp::about_z((std::f32::consts::PI * j as f32 / down as f32).cos(), turn)
+    };
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for (j, i) in (0..down).flat_map(|j| (0..around).map(move |i| (j, i))) {
+        let corners = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
+        let first = positions.len() as u32;
+        positions.extend(corners);
+        // At the poles a facet is one triangle.
+        triangles.extend((j + 1 < down).then_some([first, first + 1, first + 2]));
+        triangles.extend((j > 0).then_some([first, first + 2, first + 3]));
+    }
+    build.mesh(&positions, &triangles, material);
+    let scene = &mut build.0;
+    let first = scene.mesh.positions.len() - positions.len();
+    scene.mesh.normals[first..].copy_from_slice(&positions);
+    if let Some(surface) = scene.surfaces.last_mut() {
+        (surface.smooth, surface.closed) = (true, true);
+    }
+}
+
+fn facets(_: Effort) -> Vec<Check> {
+    let mirror = Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false });
+    let one = |what: &str, lobe: Lobe, around: u32, down: u32| {
+        let camera = look(Vec3::new(0.3, 0.5, 3.0), Vec3::ZERO, 0.7);
+        let mut build = Build::new(Illumination::GLOBAL, camera);
+        let wall = build.glowing(0.0, 1.0);
+        build.room(Vec3::splat(-9.0), Vec3::splat(9.0), wall);
+        let lobe = build.material("Ball", lobe);
+        ball(&mut build, around, down, lobe);
+        mean_is(format!("{what}, {around} × {down}"), build.finish(), film(64, 64, 1), 32, 1.0, 1e-4)
+    };
+    vec![
+        one("glass", glass(GLASS), 6, 4),
+        one("glass", glass(GLASS), 10, 6),
+        one("glass", glass(GLASS), 24, 12),
+        one("diamond", glass(2.4), 10, 6),
+        one("mirror", mirror, 10, 6),
+    ]
+}
+
+fn hall(_: Effort) -> Vec<Check> {
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.1, -0.2, 1.5), Vec3::ZERO, 1.0));
+    let wall = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    build.room(Vec3::splat(-2.0), Vec3::splat(2.0), wall);
+    let lamp = build.glowing(0.0, 1.0);
+    let (min, size) = (Vec3::new(-0.1, -0.2, -0.15), Vec3::splat(0.6));
+    let first = build.0.mesh.triangles.len();
+    build.room(min, min + size, lamp);
+    build.0.mesh.triangles[first..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    vec![mean_is("its brightness", build.finish(), film(32, 32, 1), 300, 1.0, 1e-4)]
 }
 
 fn total(_: Effort) -> Vec<Check> {

@@ -4,8 +4,8 @@ use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
 use glam::Vec3;
 use halflight::light::{Invisible, Light};
 use halflight::optics::{Lobe, Mirror};
-use halflight::plan::{Method, Plan, Settings};
-use halflight::scene::{Illumination, Luminaire, Scene, SpotCone};
+use halflight::plan::Plan;
+use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
 use halflight::shoot::shoot;
 
 fn mirror(tint: f32) -> Lobe {
@@ -64,7 +64,7 @@ fn mirrored_floor(surroundings: Illumination, own: Option<Illumination>) -> Scen
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     let intensity = Light::both(Vec3::splat(4.0));
     build.0.luminaires.push(Luminaire::Point { position: Vec3::new(0.0, 1.5, 0.0), intensity });
-    build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.002 };
+    build.0.camera.projection = Projection::Perspective { yfov: 0.002 };
     build.finish()
 }
 
@@ -83,33 +83,28 @@ fn a_whitted_mirror_shows_it() {
     measure(scene, small(8, 8, 1000), 4).must_be(expected, 0.001);
 }
 
-#[test]
-fn zz_experiment() {
-    for (half, method) in [(0.3_f32, Method::Photon), (0.3, Method::Path), (0.1, Method::Photon)] {
-        let camera = halflight::scene::Camera::look_at(
-            Vec3::new(0.1, -0.2, 1.5),
-            Vec3::ZERO,
-            Vec3::Y,
-            halflight::scene::Projection::Perspective { yfov: 1.0 },
-        );
-        let mut build = Build::new(Illumination::GLOBAL, camera);
-        let wall = build.material("Wall", mirror(1.0));
-        let lamp = build.material("Lamp", diffuse(0.0));
-        build.0.materials[lamp as usize].emission = glow(1.0);
-        for (c, h, m, out) in
-            [(Vec3::ZERO, 2.0_f32, wall, -1.0_f32), (Vec3::new(0.2, 0.1, 0.15), half, lamp, 1.0)]
-        {
-            for (axis, next, last) in
-                [(Vec3::X, Vec3::Y, Vec3::Z), (Vec3::Y, Vec3::Z, Vec3::X), (Vec3::Z, Vec3::X, Vec3::Y)]
-            {
-                for side in [1.0, -1.0] {
-                    let (a, b) = if side * out > 0.0 { (next, last) } else { (last, next) };
-                    build.quad(c + h * (side * axis - a - b), 2.0 * h * a, 2.0 * h * b, m);
-                }
-            }
+/// A lamp that reflects nothing in a closed room of perfect mirrors: both are boxes, given by half their side.
+fn hall_of_mirrors(room: f32, lamp: f32) -> Scene {
+    let projection = Projection::Perspective { yfov: 1.0 };
+    let camera = Camera::look_at(Vec3::new(0.1, -0.2, 1.5), Vec3::ZERO, Vec3::Y, projection);
+    let mut build = Build::new(Illumination::GLOBAL, camera);
+    let (wall, glowing) = (build.material("Wall", mirror(1.0)), build.material("Lamp", diffuse(0.0)));
+    build.0.materials[glowing as usize].emission = glow(1.0);
+    let faces = [(Vec3::X, Vec3::Y, Vec3::Z), (Vec3::Y, Vec3::Z, Vec3::X), (Vec3::Z, Vec3::X, Vec3::Y)];
+    for (centre, half, material, outward) in
+        [(Vec3::ZERO, room, wall, false), (Vec3::new(0.2, 0.1, 0.15), lamp, glowing, true)]
+    {
+        for ((axis, next, last), up) in faces.into_iter().flat_map(|face| [(face, true), (face, false)]) {
+            let (a, b) = if up == outward { (next, last) } else { (last, next) };
+            let side = if up { axis } else { -axis };
+            build.quad(centre + half * (side - a - b), 2.0 * half * a, 2.0 * half * b, material);
         }
-        let scene = build.finish();
-        let m = measure(scene, Settings { method, samples: 4, ..small(32, 32, 1000) }, 400);
-        println!("{half} {method:?} {m:?}");
     }
+    build.finish()
+}
+
+#[test]
+fn in_a_hall_of_perfect_mirrors_all_is_as_bright_as_the_lamp() {
+    // Every line ends at the lamp, one in n of them after more than n mirrors.
+    measure(hall_of_mirrors(2.0, 0.3), small(32, 32, 1000), 300).must_be(1.0, 0.0);
 }
