@@ -4,8 +4,11 @@
 //! is written beside its target and renamed over it: a killed render leaves the last good file.
 
 pub mod header;
+mod identity;
 pub mod image;
+mod judge;
 pub mod layer;
+mod ours;
 mod read_exr;
 pub mod replace;
 pub mod sums;
@@ -19,10 +22,13 @@ mod tests;
 
 pub use ::exr::prelude::Compression;
 pub use header::{Header, Value};
+pub use identity::FileId;
 pub use image::Image;
+pub use judge::{Judgement, judge};
 pub use layer::Layer;
+pub use ours::is_ours;
 pub use read_exr::read_exr;
-pub use replace::{check_writable, replace_file};
+pub use replace::{Place, check_writable, replace_file};
 pub use sums::{Film, PassImage};
 pub use write_exr::{Line, WrittenLayer, line_of, write_exr, write_image_exr, write_layers_exr};
-pub use write_png::{srgb_encode, write_bytes_png, write_png, write_rgb_png};
+pub use write_png::{srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};

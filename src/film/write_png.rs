@@ -1,7 +1,8 @@
-//! PNG: what the picture looks like on a display.
+//! PNG and JPEG: what the picture looks like on a display.
 
 use crate::error::{Error, Result};
 use crate::film::layer::Layer;
+use crate::film::ours::SIGNATURE;
 use crate::film::replace::replace_file;
 use crate::film::sums::Film;
 use glam::Vec3;
@@ -18,6 +19,23 @@ pub fn write_png(path: &Path, film: &Film, exposure: f32) -> Result<usize> {
 /// The same for any plane of linear RGB, row-major from top left.
 pub fn write_rgb_png(path: &Path, width: u32, height: u32, plane: &[Vec3], exposure: f32) -> Result<usize> {
     assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
+    let (bytes, lost) = displayed(plane, exposure);
+    write_bytes_png(path, width, height, &bytes)?;
+    Ok(lost)
+}
+
+/// The same as a JPEG file, which has no more than 65,535 pixels a side.
+pub fn write_rgb_jpg(path: &Path, width: u32, height: u32, plane: &[Vec3], exposure: f32) -> Result<usize> {
+    assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
+    let (bytes, lost) = displayed(plane, exposure);
+    let encoded =
+        encode_jpg(width, height, &bytes).map_err(|reason| Error::Write { path: path.into(), reason })?;
+    replace_file(path, |file| file.write_all(&encoded))?;
+    Ok(lost)
+}
+
+/// Three sRGB bytes a pixel, and how many pixels are not finite.
+fn displayed(plane: &[Vec3], exposure: f32) -> (Vec<u8>, usize) {
     let scale = exposure.exp2();
     let mut lost = 0;
     let mut bytes = Vec::with_capacity(3 * plane.len());
@@ -29,8 +47,7 @@ pub fn write_rgb_png(path: &Path, width: u32, height: u32, plane: &[Vec3], expos
             bytes.extend([255, 0, 255]);
         }
     }
-    write_bytes_png(path, width, height, &bytes)?;
-    Ok(lost)
+    (bytes, lost)
 }
 
 /// Writes an 8-bit sRGB picture as it is: three bytes a pixel, row-major from top left.
@@ -46,9 +63,28 @@ fn encode(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder.add_text_chunk("Software".into(), SIGNATURE.into())?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()?;
+    Ok(file)
+}
+
+/// At this quality colours keep the resolution of brightness.
+const JPEG_QUALITY: u8 = 95;
+
+fn encode_jpg(width: u32, height: u32, rgb: &[u8]) -> std::result::Result<Vec<u8>, String> {
+    let side = |n: u32| u16::try_from(n).map_err(|_| format!("a JPEG file holds no side of {n} pixels"));
+    let mut file = Vec::new();
+    let encoder = jpeg_encoder::Encoder::new(&mut file, JPEG_QUALITY);
+    encoder
+        .encode(rgb, side(width)?, side(height)?, jpeg_encoder::ColorType::Rgb)
+        .map_err(|e| e.to_string())?;
+    // A comment that says who wrote it, behind the JFIF segment, which must be first.
+    let words = SIGNATURE.as_bytes();
+    let jfif = file.get(4..6).map_or(0, |length| usize::from(u16::from_be_bytes([length[0], length[1]])));
+    let comment = [&[0xff, 0xfe, 0, words.len() as u8 + 2][..], words].concat();
+    file.splice(4 + jfif..4 + jfif, comment);
     Ok(file)
 }
 
