@@ -79,6 +79,7 @@ pub mod cli;
 pub mod error;
 pub mod film;
 pub mod forecast;
+mod free_memory;
 pub mod gather;
 pub mod light;
 pub mod measure;

@@ -112,3 +112,34 @@ fn every_compression_and_tiles_are_read_and_damage_is_an_error() {
 
 /// Damaged copies per kind of file. Five thousand of each were tried once, without a panic.
 const ROUNDS: usize = 40;
+
+#[test]
+fn sizes_that_a_file_cannot_hold_are_refused_before_anything_is_allocated() {
+    let file = NamedTempFile::new().unwrap();
+    let message = || {
+        let error = read_exr(file.path()).unwrap_err();
+        assert!(matches!(error, Error::Image { .. }) && !error.to_string().contains('\n'), "{error}");
+        error.to_string()
+    };
+    for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
+        let encoding = Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+        write(file.path(), vec![part(None, vec![("Y", ramp(1.0))], encoding)]);
+        assert!(message().contains("compression"), "{}", message());
+    }
+    // A data window of a hundred thousand by a hundred thousand pixels in a file of nine by five.
+    let encoding = Encoding {
+        compression: Compression::ZIP1,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    write(file.path(), vec![part(None, vec![("Y", ramp(1.0))], encoding)]);
+    let mut bytes = std::fs::read(file.path()).unwrap();
+    for name in [&b"dataWindow\0box2i\0\x10\0\0\0"[..], b"displayWindow\0box2i\0\x10\0\0\0"] {
+        let at = bytes.windows(name.len()).position(|window| window == name).unwrap() + name.len();
+        for corner in [at + 8, at + 12] {
+            bytes[corner..corner + 4].copy_from_slice(&99_999_i32.to_le_bytes());
+        }
+    }
+    std::fs::write(file.path(), bytes).unwrap();
+    assert!(message().contains("damaged"), "{}", message());
+}

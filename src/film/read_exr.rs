@@ -6,7 +6,7 @@ use crate::film::image::Image;
 use crate::film::layer::Layer;
 use crate::film::write_exr::PREFIX;
 use ::exr::prelude::{
-    AnyChannel, AttributeValue, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, read,
+    AnyChannel, AttributeValue, Compression, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, read,
 };
 use glam::Vec3;
 use std::fs::File;
@@ -54,21 +54,47 @@ fn decode(mut file: BufReader<File>) -> std::result::Result<Image, String> {
     Ok(Image { width: side(size.width())?, height: side(size.height())?, layers, header })
 }
 
-/// A damaged header can ask for any amount of memory, and a failed allocation would end the process.
+/// A damaged or hostile header can ask for any amount of memory, and a failed allocation would end the process.
 fn check_size(file: &mut BufReader<File>) -> std::result::Result<(), String> {
     let bad = |e: ::exr::error::Error| format!("not a readable EXR file ({e}); render or export it again");
     let meta = MetaData::read_from_buffered(&mut *file, false).map_err(bad)?;
     file.rewind().map_err(|e| e.to_string())?;
-    let bytes = meta.headers.iter().try_fold(0_usize, |sum, header| {
-        let pixels = header.layer_size.0.checked_mul(header.layer_size.1)?;
-        sum.checked_add(pixels.checked_mul(header.channels.bytes_per_pixel)?)
-    });
-    let fits = bytes.is_some_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
-    if fits {
-        Ok(())
-    } else {
-        Err("its header asks for more memory than there is; the file is damaged".into())
+    if let Some(dwa) = meta.headers.iter().map(|header| header.compression).find(|c| is_dwa(*c)) {
+        return Err(format!(
+            "it has {dwa}, which cannot be read safely; save it again with ZIP, PIZ or no compression"
+        ));
     }
+    let bytes = meta.headers.iter().try_fold(0_u64, |sum, header| {
+        let pixels = header.layer_size.0.checked_mul(header.layer_size.1)?;
+        sum.checked_add(pixels.checked_mul(header.channels.bytes_per_pixel)? as u64)
+    });
+    let there = file.get_ref().metadata().map_err(|e| e.to_string())?.len();
+    match bytes {
+        Some(bytes) if bytes / MOST_COMPRESSED > there => {
+            Err("its header announces more pixels than so short a file can hold; the file is damaged".into())
+        }
+        Some(bytes) if !is_had(bytes.saturating_mul(DECODED)) => Err(format!(
+            "its {bytes} bytes of pixels take more memory than there is; make it smaller or free some memory"
+        )),
+        Some(_) => Ok(()),
+        None => Err("its header asks for more memory than there is; the file is damaged".into()),
+    }
+}
+
+/// No compression but DWA packs so many bytes into one: deflate, which ZIP and PXR24 rest on, packs 1032, and PXR24 has left
+/// out a fourth of the bytes before.
+const MOST_COMPRESSED: u64 = 1400;
+/// Bytes in memory for each in the picture: as it is read, and as it is given back, where a half becomes a float and a depth three.
+const DECODED: u64 = 4;
+
+/// The decoder of these believes sizes in the file before it allocates, and ends the process.
+fn is_dwa(compression: Compression) -> bool {
+    matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
+}
+
+fn is_had(bytes: u64) -> bool {
+    let fits = usize::try_from(bytes).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
+    fits && crate::free_memory::available().is_none_or(|available| bytes <= available)
 }
 
 /// Channels that share what stands before the last dot.
