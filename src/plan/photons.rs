@@ -167,9 +167,10 @@ fn deposits(scene: &Scene, flow: &Flow, settings: &Settings, omissions: &mut Vec
         kept.push(read);
     }
     if !dark.is_empty() && !settings.keeps(Omittable::Deposits) {
+        let dark = crate::scene::names::listed(dark);
         omissions.push(
             Omittable::Deposits
-                .because(format!("what arrives on {} cannot be seen by density estimation", dark.join(", "))),
+                .because(format!("what arrives on {dark} cannot be seen by density estimation")),
         );
     }
     kept

@@ -54,7 +54,7 @@ fn drop_matter(scene: &mut Scene) -> Option<Omission> {
     Some(Omittable::Matter.because(format!(
         "{} neither shines nor reflects and lets all light straight through: {dropped} triangles of {before} change \
          nothing",
-        names.join(", ")
+        listed(&names)
     )))
 }
 
@@ -75,7 +75,7 @@ fn drop_materials(scene: &mut Scene) -> Option<Omission> {
     scene.mesh.surface.iter_mut().for_each(|surface| *surface = new_surface[*surface as usize]);
     scene.surfaces.iter_mut().for_each(|surface| surface.material = new_material[surface.material as usize]);
     (!names.is_empty())
-        .then(|| Omittable::Materials.because(format!("no triangle is made of {}", names.join(", "))))
+        .then(|| Omittable::Materials.because(format!("no triangle is made of {}", listed(&names))))
 }
 
 /// Takes out lobes and light that nothing reads.
@@ -96,8 +96,10 @@ pub(super) fn drop_unread(
             }
         }
         if !dark.is_empty() {
-            omissions
-                .push(Omittable::Lobes.because(format!("nothing that {} reflects is read", dark.join(", "))));
+            omissions.push(
+                Omittable::Lobes
+                    .because(format!("nothing that {} reflects is read", crate::scene::names::listed(dark))),
+            );
         }
     }
     if !settings.keeps(Omittable::Luminaires) {
@@ -167,6 +169,10 @@ pub(super) fn only(scene: &Scene, keep: impl Fn(u32) -> bool) -> Scene {
 
 fn material_index(scene: &Scene, triangle: u32) -> usize {
     scene.surfaces[scene.mesh.surface[triangle as usize] as usize].material as usize
+}
+
+fn listed(names: &[String]) -> String {
+    crate::scene::names::listed(names.iter().map(String::as_str))
 }
 
 fn named(scene: &Scene, chosen: impl Fn(usize) -> bool) -> Vec<String> {

@@ -12,6 +12,7 @@ mod illumination;
 mod luminaire;
 mod material;
 mod mesh;
+pub(crate) mod names;
 
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
@@ -22,7 +23,8 @@ pub use mesh::{Mesh, Surface, SurfacePoint};
 
 use crate::error::{Error, Result};
 use glam::DVec3;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// A scene, ready to be planned.
 #[derive(Clone, Debug)]
@@ -47,15 +49,38 @@ pub struct Scene {
     pub notes: Vec<String>,
 }
 
-/// What is shown of a file that holds several scenes, or of a scene that several cameras see.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// What is shown of a file that holds several scenes, or of a scene that several cameras see; and how much of it there may be.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// A scene by its name, else by its number from 0 in the order of the file. None: the file's default.
     pub scene: Option<String>,
     /// A camera by the name of its node, else by its own, else by its number from 0 among those of the scene. None: the
     /// first.
     pub camera: Option<String>,
+    /// More triangles than this, every instance counted, are refused before anything of the file is built.
+    pub max_triangles: u64,
 }
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self { scene: None, camera: None, max_triangles: MAX_TRIANGLES }
+    }
+}
+
+/// More illuminations than these are counted instead of described.
+const MOST_TOLD: usize = 16;
+
+/// A scene and where it came from.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// The files that it is of: its own, buffers, images. None for a built-in scene.
+    pub files: Vec<PathBuf>,
+}
+
+/// More triangles than this, every instance counted, are a mistake or an attack sooner than a scene.
+pub const MAX_TRIANGLES: u64 = 50_000_000;
 
 impl Scene {
     /// Loads a `.gltf` or `.glb` file, or one of the built-in scenes by its name (`builtin:caustic-box`, …).
@@ -65,25 +90,27 @@ impl Scene {
     /// # Errors
     /// One line that names the file, the thing and the way out.
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
-        Self::load_chosen(path, &Choice::default())
+        Self::load_chosen(path, &Choice::default()).map(|loaded| loaded.scene)
     }
 
-    /// The same, where a file has more than one scene or camera.
+    /// The same, where a file has more than one scene or camera; with the files that it is of.
     ///
     /// # Errors
-    /// As `load`; also where there is no such scene or camera.
-    pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Self> {
+    /// As [`load`](Self::load); also where there is no such scene or camera, or more triangles than may be or than memory holds.
+    pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Loaded> {
         let path = path.as_ref();
-        let mut scene = match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
-            Some(name) if *choice == Choice::default() => builtin::scene(name)?,
+        let mut loaded = match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
+            Some(name) if choice.scene.is_none() && choice.camera.is_none() => {
+                Loaded { scene: builtin::scene(name)?, files: Vec::new() }
+            }
             Some(name) => {
                 let only = "a built-in scene is one scene with one camera; leave out --scene and --camera";
                 return Err(Error::scene(format!("builtin:{name}"), only));
             }
             None => gltf::load(path, choice)?,
         };
-        scene.illuminate(None, &[])?;
-        Ok(scene)
+        loaded.scene.illuminate(None, &[])?;
+        Ok(loaded)
     }
 
     /// The built-in scenes: name and what each shows.
@@ -100,11 +127,11 @@ impl Scene {
         let around = asked.or(self.illumination).unwrap_or(Illumination::GLOBAL);
         for (name, _) in set {
             if name != "*" && !self.materials.iter().any(|material| material.name == *name) {
-                let known: Vec<_> = self.materials.iter().map(|m| m.name.as_str()).collect();
+                let known = names::listed(self.materials.iter().map(|m| m.name.as_str()));
                 return Err(Error::Usage(format!(
                     "--set {name}=…: {} has no material of that name; it has {}",
                     self.name,
-                    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+                    if known.is_empty() { "none" } else { &known }
                 )));
             }
         }
@@ -135,20 +162,26 @@ impl Scene {
     /// The illumination of the scene in words: of all materials, or of each where they differ.
     pub fn describe_illumination(&self) -> String {
         let mut seen: Vec<(&str, Vec<&str>)> = Vec::new();
+        let mut known = HashMap::new();
         for material in &self.materials {
-            match seen.iter_mut().find(|(illumination, _)| *illumination == material.resolved) {
-                Some((_, names)) => names.push(&material.name),
-                None => seen.push((&material.resolved, vec![&material.name])),
-            }
+            let index = *known.entry(material.resolved.as_str()).or_insert_with(|| {
+                seen.push((&material.resolved, Vec::new()));
+                seen.len() - 1
+            });
+            seen[index].1.push(&material.name);
         }
         seen.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
         match &seen[..] {
             [] => "none".into(),
             [(all, _)] => (*all).into(),
             [(most, _), rest @ ..] => {
-                let rest: Vec<_> =
-                    rest.iter().map(|(word, names)| format!("{} {word}", names.join(", "))).collect();
-                format!("{most}; {}", rest.join("; "))
+                let told = rest.iter().take(MOST_TOLD);
+                let mut told: Vec<_> =
+                    told.map(|(word, of)| format!("{} {word}", names::listed(of.iter().copied()))).collect();
+                if rest.len() > MOST_TOLD {
+                    told.push(format!("{} more", rest.len() - MOST_TOLD));
+                }
+                format!("{most}; {}", told.join("; "))
             }
         }
     }

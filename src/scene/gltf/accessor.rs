@@ -1,18 +1,18 @@
 //! Accessors to numbers. Everything is checked here against the bytes, because nothing was before.
 
 use super::Reason;
+use super::container::Bytes;
 use gltf::json::Root;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
-use std::borrow::Cow;
 
 /// An accessor without data reads as zeros; more than this many are a mistake, not a scene.
-const MOST_ZEROS: u64 = 1 << 24;
+pub(super) const MOST_ZEROS: u64 = 1 << 24;
 
 /// A file's accessors over its loaded buffers.
 pub(super) struct Accessors<'a> {
     pub root: &'a Root,
-    pub buffers: &'a [Cow<'a, [u8]>],
+    pub buffers: &'a [Bytes<'a>],
 }
 
 /// Integers that stand for numbers: those of KHR_mesh_quantization.
@@ -60,6 +60,11 @@ impl Accessors<'_> {
             .checked_add(view.byte_length.0)
             .and_then(|end| buffer.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
         Ok(bytes.ok_or("has a buffer view that reaches beyond its buffer")?)
+    }
+
+    /// How many elements an accessor has, unread. Zero where it does not exist.
+    pub fn count(&self, index: usize) -> u64 {
+        self.root.accessors.get(index).map_or(0, |accessor| accessor.count.0)
     }
 
     /// Unsigned integers.

@@ -1,8 +1,8 @@
 use super::Reason;
 use super::graph::Placed;
 use super::notes::{Notes, label};
-use super::stage::listed;
 use crate::scene::centre::Eye;
+use crate::scene::names::listed;
 use crate::scene::{Camera, Mesh, Projection};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
@@ -35,7 +35,7 @@ pub(super) fn choose(
         notes.line(format!(
             "seen by the first camera, {}; --camera NAME or N (from 0) takes another: {}",
             place.name(),
-            listed(&others)
+            listed(others.iter().map(String::as_str))
         ));
     }
     let missing = || format!("{}: its camera {index} does not exist; export it again", place.label());
@@ -92,7 +92,7 @@ fn find(root: &Root, found: &[(&Placed<'_>, usize)], wanted: &str) -> Result<usi
             [] => format!("has no camera `{wanted}`, as it has none; leave out --camera"),
             names => format!(
                 "has no camera `{wanted}`; --camera takes a name, or a number from 0: it has {}",
-                listed(names)
+                listed(names.iter().map(String::as_str))
             ),
         }
     })

@@ -1,18 +1,12 @@
 //! From the bytes of a file to its JSON and its buffers.
 
 use super::Reason;
-use base64::Engine;
-use base64::alphabet;
-use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use super::files::{PADDING, is_data, load_uri, locate};
 use gltf::json::Root;
-use std::borrow::Cow;
-use std::path::{Component, Path};
-
-/// Padding is often forgotten and never ambiguous.
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &alphabet::STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-);
+use std::collections::HashMap;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// The JSON text of a .gltf or .glb, and the binary chunk of a .glb. Told apart by content, not by name.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Reason> {
@@ -65,21 +59,41 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Reason> {
     Ok((json.ok_or("has no JSON chunk; export it again")?, binary))
 }
 
-/// The bytes of every buffer, each at least as long as it says.
+/// The bytes of a buffer. Buffers of one file share them.
+#[derive(Clone, Debug)]
+pub(super) enum Bytes<'a> {
+    Chunk(&'a [u8]),
+    Read(Rc<Vec<u8>>),
+}
+
+impl Deref for Bytes<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Chunk(bytes) => bytes,
+            Self::Read(bytes) => bytes,
+        }
+    }
+}
+
+/// The bytes of every buffer, each at least as long as it says, and a file no longer but for padding.
 pub(super) fn load_buffers<'a>(
     root: &Root,
     chunk: Option<&'a [u8]>,
     folder: &Path,
-) -> Result<Vec<Cow<'a, [u8]>>, Reason> {
-    let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        let bytes: Cow<'a, [u8]> = match &buffer.uri {
-            Some(uri) => load_uri(uri, folder).map_err(|e| format!("buffer {index}: {e}"))?.into(),
-            None if index == 0 && chunk.is_some() => chunk.unwrap_or_default().into(),
+) -> Result<Vec<Bytes<'a>>, Reason> {
+    let mut known = HashMap::new();
+    let mut load = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        let want = buffer.byte_length.0;
+        let bytes = match &buffer.uri {
+            Some(uri) => shared(&mut known, uri, folder, want).map_err(|e| format!("buffer {index}: {e}"))?,
+            None if index == 0 && chunk.is_some() => Bytes::Chunk(chunk.unwrap_or_default()),
             None => {
                 return Err(format!("buffer {index} has neither a uri nor a binary chunk; export it again"));
             }
         };
-        let (have, want) = (bytes.len() as u64, buffer.byte_length.0);
+        let have = bytes.len() as u64;
         if have < want {
             return Err(format!(
                 "buffer {index} holds {have} bytes where {want} are announced; export it again"
@@ -87,75 +101,25 @@ pub(super) fn load_buffers<'a>(
         }
         Ok(bytes)
     };
-    root.buffers.iter().enumerate().map(load).collect()
+    root.buffers.iter().enumerate().map(|entry| load(entry)).collect()
 }
 
-/// The bytes of a data uri, or of a file in the folder of the scene.
-pub(super) fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, Reason> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let encoded = data
-            .split_once(',')
-            .filter(|(kind, _)| kind.ends_with(";base64"))
-            .ok_or("its data uri is not base64; export it again")?;
-        return BASE64
-            .decode(encoded.1)
-            .map_err(|e| format!("its data uri is damaged ({e}); export it again"));
+/// Reads a file once, by whatever names buffers call it.
+fn shared<'a>(
+    known: &mut HashMap<PathBuf, Rc<Vec<u8>>>,
+    uri: &str,
+    folder: &Path,
+    want: u64,
+) -> Result<Bytes<'a>, Reason> {
+    let most = want.saturating_add(PADDING - 1);
+    if is_data(uri) {
+        return Ok(Bytes::Read(Rc::new(load_uri(uri, folder, most)?)));
     }
-    let shown: String = uri.chars().take(100).collect();
-    let name =
-        percent_decode(uri).ok_or_else(|| format!("its uri `{shown}` is not UTF-8; rename the file"))?;
-    let inside = |name: &str| {
-        !name.contains([':', '\\', '\0'])
-            && Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
-    };
-    if name.is_empty() || !inside(&name) {
-        return Err(format!(
-            "its uri `{shown}` does not name a file in the folder of the scene; move the file there and name it"
-        ));
+    let path = locate(uri, folder)?;
+    if let Some(bytes) = known.get(&path) {
+        return Ok(Bytes::Read(Rc::clone(bytes)));
     }
-    std::fs::read(folder.join(&name))
-        .map_err(|e| format!("its file `{name}` cannot be read ({e}); put it beside the scene"))
-}
-
-/// `%XX` to bytes; None when the result is not UTF-8. A `%` without two hexadecimal digits stands for itself.
-fn percent_decode(uri: &str) -> Option<String> {
-    let bytes = uri.as_bytes();
-    let mut decoded = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        let digit = |i: usize| bytes.get(i).and_then(|b| char::from(*b).to_digit(16));
-        match (bytes[at], digit(at + 1), digit(at + 2)) {
-            (b'%', Some(high), Some(low)) => {
-                decoded.push((16 * high + low) as u8);
-                at += 3;
-            }
-            (byte, ..) => {
-                decoded.push(byte);
-                at += 1;
-            }
-        }
-    }
-    String::from_utf8(decoded).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn percent_signs_are_decoded() {
-        assert_eq!(percent_decode("a%20b.bin").as_deref(), Some("a b.bin"));
-        assert_eq!(percent_decode("100%.bin").as_deref(), Some("100%.bin"));
-        assert_eq!(percent_decode("%c3%A4.bin").as_deref(), Some("ä.bin"));
-        assert_eq!(percent_decode("%FF"), None);
-    }
-
-    #[test]
-    fn uris_stay_in_the_folder() {
-        let folder = Path::new("no such folder");
-        for uri in ["../x.bin", "a/%2e%2e/../x", "/etc/passwd", "file:///x", "c:\\x", "", "a%00b"] {
-            let message = load_uri(uri, folder).expect_err(uri);
-            assert!(message.contains("in the folder"), "{uri}: {message}");
-        }
-    }
+    let bytes = Rc::new(load_uri(uri, folder, most)?);
+    known.insert(path, Rc::clone(&bytes));
+    Ok(Bytes::Read(bytes))
 }

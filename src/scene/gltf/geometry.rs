@@ -39,6 +39,11 @@ pub(super) fn read(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<O
     let count =
         u32::try_from(positions.len()).map_err(|_| "has more vertices than can be counted; split it")?;
     let normals = match attribute(Semantic::Normals) {
+        // Counted before they are read: only positions are counted when a scene is found to fit.
+        Some(index) if accessors.count(index) > u64::from(count) => {
+            let normals = accessors.count(index);
+            return Err(format!("has {count} positions and {normals} normals; export it again"));
+        }
         Some(index) => Some(accessors.vec3(index)?),
         None => None,
     };

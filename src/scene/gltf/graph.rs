@@ -1,5 +1,6 @@
 use super::Reason;
 use super::notes::label;
+use crate::scene::names::clean;
 use glam::{DAffine3, DVec3};
 use gltf::json::Root;
 use gltf::json::scene::Node;
@@ -21,7 +22,7 @@ impl Placed<'_> {
     /// Its name, else its number.
     pub fn name(&self) -> String {
         match &self.node.name {
-            Some(name) if !name.is_empty() => name.clone(),
+            Some(name) if !name.is_empty() => clean(name),
             _ => format!("node {}", self.index),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Reason;
 use super::accessor::Accessors;
-use super::container::load_uri;
+use super::files::load_uri;
 use glam::Vec3;
 use std::collections::HashMap;
 use std::io::Cursor;
@@ -16,6 +16,9 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 const MOST_PIXELS: u64 = 1 << 26;
 /// Pixels of all images of a file together: a few seconds.
 const MOST_PIXELS_OF_A_FILE: u64 = 1 << 29;
+
+/// Bytes of an image file.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// A decoded image.
 pub(super) struct Pixels {
@@ -183,7 +186,7 @@ impl<'a> Images<'a> {
     fn decode(&mut self, image: usize) -> Result<Pixels, Reason> {
         let source = &self.accessors.root.images[image];
         let pixels = match (&source.uri, source.buffer_view) {
-            (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder)?, self.left)?,
+            (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder, MOST_BYTES)?, self.left)?,
             (None, Some(view)) => Pixels::decode(self.accessors.view(view.value())?, self.left)?,
             (None, None) => return Err("no image".into()),
         };

@@ -8,6 +8,7 @@ use super::notes::{Notes, label};
 use super::stand_in::{Factors, factors};
 use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
 use crate::scene::assembly::Closure;
+use crate::scene::names::clean;
 use crate::scene::{Backs, Emission, Material};
 use glam::Vec3;
 use gltf::json::Root;
@@ -142,7 +143,7 @@ impl Reader {
                 .ok_or_else(|| format!("material {i} does not exist; export it again"))?,
         };
         let (name, label) = match (&source.name, index) {
-            (Some(name), Some(i)) if !name.is_empty() => (name.clone(), label("material", i, Some(name))),
+            (Some(name), Some(i)) if !name.is_empty() => (clean(name), label("material", i, Some(name))),
             (_, Some(i)) => (format!("material {i}"), label("material", i, None)),
             (_, None) => ("default".to_owned(), "the default material".to_owned()),
         };

@@ -6,9 +6,11 @@
 mod accessor;
 mod camera;
 mod container;
+mod count;
 mod document;
 mod extensions;
 mod extras;
+mod files;
 mod geometry;
 mod graph;
 mod image;
@@ -20,7 +22,8 @@ mod stage;
 mod stand_in;
 
 use super::assembly::{Assembly, Piece, assemble};
-use super::{Choice, Luminaire, Material, Scene};
+use super::names::one_line;
+use super::{Choice, Loaded, Luminaire, Material, Scene};
 use crate::error::Error;
 use accessor::Accessors;
 use document::Document;
@@ -35,22 +38,29 @@ use gltf::json::validation::Checked;
 use graph::Placed;
 use image::Images;
 use material::{Materials, Wanted};
-use notes::{Notes, label, one_line};
+use notes::{Notes, label};
 use skin::Posed;
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What is wrong and the way out; the file's name goes before it.
 type Reason = String;
 
-pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Scene> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-    let name = path.display().to_string();
+/// Reads what is chosen of a file, and says which files it is of.
+pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded> {
+    let bytes = files::read_scene(path)?;
+    let name = one_line(&path.display().to_string());
     let folder = path.parent().unwrap_or(Path::new(""));
-    read(&bytes, folder, &name, choice).map_err(|reason| Error::scene(one_line(&name), one_line(&reason)))
+    match read(&bytes, folder, &name, choice) {
+        Ok((scene, mut files)) => {
+            files.push(path.to_owned());
+            Ok(Loaded { scene, files })
+        }
+        Err(reason) => Err(Error::scene(name, one_line(&reason))),
+    }
 }
 
-fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Scene, Reason> {
+fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Scene, Vec<PathBuf>), Reason> {
     let (json, chunk) = container::split(bytes)?;
     let Document { root, to_parent, animated } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
@@ -60,6 +70,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Scen
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
+    count::check(&root, &placed, choice.max_triangles, crate::free_memory::available())?;
     if animated {
         notes.line("animations are not supported; the scene is seen at rest".into());
     }
@@ -84,7 +95,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Scen
     let luminaires = luminaires(&root, &placed, &assembly, &materials, &mut notes)?;
     let wanted = choice.camera.as_deref();
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
-    Ok(Scene {
+    let scene = Scene {
         name: name.to_owned(),
         mesh: assembly.mesh,
         surfaces: assembly.surfaces,
@@ -94,7 +105,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Scen
         origin: assembly.origin,
         illumination,
         notes: notes.finish(),
-    })
+    };
+    Ok((scene, files::named(&root, folder)))
 }
 
 /// All that shines: at least one.
@@ -254,6 +266,6 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
     }
     let all: BTreeSet<&String> = root.extensions_used.iter().chain(&root.extensions_required).collect();
     for name in all.into_iter().filter(|name| standing(name).is_none() && !told.contains(name.as_str())) {
-        notes.line(format!("the glTF extension {name} is not supported and passed over"));
+        notes.about("glTF extensions that are not supported and passed over", name);
     }
 }

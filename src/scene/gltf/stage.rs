@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::notes::{Notes, label};
+use crate::scene::names::listed;
 use gltf::json::{Extras, Index, Root};
 
 /// A scene of the file.
@@ -42,7 +43,7 @@ pub(super) fn choose<'a>(
         notes.line(format!(
             "shows {}; --scene NAME or N (from 0) shows another: {}",
             name(index),
-            listed(&others)
+            listed(others.iter().map(String::as_str))
         ));
     }
     let roots = source.nodes.iter().map(Index::value).collect();
@@ -57,7 +58,7 @@ fn find(root: &Root, wanted: &str) -> Result<usize, Reason> {
         let known: Vec<_> = known.map(|(i, scene)| label("scene", i, scene.name.as_deref())).collect();
         format!(
             "has no scene `{wanted}`; --scene takes a name, or a number from 0: it has {}",
-            listed(&known)
+            listed(known.iter().map(String::as_str))
         )
     })
 }
@@ -71,11 +72,4 @@ fn parentless(root: &Root) -> Vec<usize> {
         }
     }
     (0..root.nodes.len()).filter(|index| !has_parent[*index]).collect()
-}
-
-/// Names in a row; many are counted.
-pub(super) fn listed(names: &[String]) -> String {
-    const MOST: usize = 8;
-    let shown = names[..names.len().min(MOST)].join(", ");
-    if names.len() > MOST { format!("{shown} and {} more", names.len() - MOST) } else { shown }
 }
