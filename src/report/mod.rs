@@ -8,6 +8,7 @@ mod pictures;
 mod square;
 pub mod stats;
 mod svg;
+mod template;
 
 pub use csv::csv;
 pub use data::{Comparison, SceneReport};

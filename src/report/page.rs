@@ -3,6 +3,7 @@
 use super::data::{Comparison, SceneReport, Shown};
 use super::pictures::{base64, encoded, halved};
 use super::svg::{STYLE, escape, figure, title};
+use super::template::fill;
 use std::io;
 
 /// Pictures of a page may take so many bytes, as PNG; a third more as text.
@@ -42,12 +43,14 @@ fn filled(comparison: &Comparison, pictures: &[Vec<Small>], data: &str) -> Strin
         .map(|(i, scene)| format!("<a href=\"#scene-{i}\">{}</a>", escape(&title(scene))))
         .collect();
     let links = if links.len() > 1 { links.join("\n") } else { String::new() };
-    include_str!("page.html")
-        .replace("{{style}}", &format!("{STYLE}{}", include_str!("page.css")))
-        .replace("{{links}}", &links)
-        .replace("{{sections}}", &sections.concat())
-        .replace("{{script}}", include_str!("page.js"))
-        .replace("{{data}}", data)
+    let values = [
+        ("style", &*format!("{STYLE}{}", include_str!("page.css"))),
+        ("links", &links),
+        ("sections", &sections.concat()),
+        ("script", include_str!("page.js")),
+        ("data", data),
+    ];
+    fill(include_str!("page.html"), &values)
 }
 
 /// A picture, encoded.
@@ -72,11 +75,13 @@ fn small(comparison: &Comparison, scene: &SceneReport, halvings: u32) -> io::Res
 fn section(comparison: &Comparison, index: usize, scene: &SceneReport, pictures: &[Small]) -> String {
     let figures: String =
         scene.pictures.iter().zip(pictures).map(|(shown, small)| picture(shown, small)).collect();
-    include_str!("section.html")
-        .replace("{{index}}", &index.to_string())
-        .replace("{{title}}", &escape(&title(scene)))
-        .replace("{{curves}}", &figure(comparison, scene))
-        .replace("{{pictures}}", &figures)
+    let values = [
+        ("index", &*index.to_string()),
+        ("title", &escape(&title(scene))),
+        ("curves", &figure(comparison, scene)),
+        ("pictures", &figures),
+    ];
+    fill(include_str!("section.html"), &values)
 }
 
 fn picture(shown: &Shown, small: &Small) -> String {

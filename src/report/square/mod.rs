@@ -5,6 +5,7 @@ mod reduce;
 
 use super::pictures::base64;
 use super::svg::escape;
+use super::template::fill;
 use crate::atlas::{Atlas, GRID};
 use crate::film::Header;
 use glam::Vec3;
@@ -109,12 +110,14 @@ fn at_this_size(atlas: &Atlas, header: &Header, halvings: u32) -> io::Result<Squ
 }
 
 fn filled(scene: &str, pictures: &str, data: &str) -> String {
-    include_str!("square.html")
-        .replace("{{style}}", include_str!("square.css"))
-        .replace("{{scene}}", scene)
-        .replace("{{pictures}}", pictures)
-        .replace("{{script}}", include_str!("square.js"))
-        .replace("{{data}}", data)
+    let values = [
+        ("style", include_str!("square.css")),
+        ("scene", scene),
+        ("pictures", pictures),
+        ("script", include_str!("square.js")),
+        ("data", data),
+    ];
+    fill(include_str!("square.html"), &values)
 }
 
 /// See [`SquarePage::off`].
