@@ -49,7 +49,7 @@ pub fn compare(picture: &[Vec3], reference: &[Vec3], left_out: Option<&[bool]>) 
             masked += 1;
         } else if !(x.is_finite() && r.is_finite()) {
             not_finite += 1;
-            not_finite_apart += usize::from(x != r);
+            not_finite_apart += usize::from(!same(*x, *r));
         } else {
             compared += 1;
             let (x, r) = (x.as_dvec3(), r.as_dvec3());
@@ -79,6 +79,11 @@ pub fn compare(picture: &[Vec3], reference: &[Vec3], left_out: Option<&[bool]>) 
         e_pixel_max: e_max,
         mean_colour: (colour / pixels).abs().max_element(),
     }
+}
+
+/// Equal, where NaN equals NaN: a picture does not differ from itself.
+fn same(x: Vec3, r: Vec3) -> bool {
+    x.to_array().iter().zip(r.to_array()).all(|(x, r)| *x == r || (x.is_nan() && r.is_nan()))
 }
 
 fn displayed(linear: DVec3) -> DVec3 {
@@ -116,6 +121,7 @@ mod tests {
         picture[1].y = f32::NAN;
         picture[2] = Vec3::INFINITY;
         reference[2] = Vec3::INFINITY;
+        assert_eq!(compare(&picture, &picture, None).not_finite_apart, 0);
         let m = compare(&picture, &reference, Some(&[true, false, false, false, false]));
         assert_eq!((m.compared, m.masked, m.not_finite, m.not_finite_apart), (2, 1, 2, 1));
         assert_eq!((m.rmse, m.relmse, m.e_pixel_max), (0.0, 0.0, 0.0));
