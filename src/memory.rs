@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, Layer};
 use crate::gather::Pixel;
 use crate::light::{Invisible, Light};
+pub use crate::machine::MemoryLimit;
 use crate::plan::{Plan, Settings};
 use crate::shoot::Photon;
 use glam::Vec3;
@@ -25,15 +26,6 @@ pub struct Memory {
     pub pass: usize,
     /// What loading and indexing hold besides, before the first pass.
     pub planning: usize,
-}
-
-/// Memory that a render may take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MemoryLimit {
-    /// Bytes.
-    pub bytes: u64,
-    /// Who sets it, as in "this machine has".
-    pub of: &'static str,
 }
 
 /// The program itself, its threads and the files it writes: measured, a render of one pixel.

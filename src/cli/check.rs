@@ -1,7 +1,10 @@
 use super::check_page::page;
 use super::out::print;
+use super::output::refuse_input;
 use super::scene_args::SceneArgs;
+use super::settings_args::whole;
 use crate::error::{Error, Result};
+use crate::scene::MAX_TRIANGLES;
 use crate::stability::{Case, Check, Effort, Outcome, cases, scene_check::check_scene};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -21,6 +24,10 @@ pub struct CheckArgs {
     /// Illumination of one material, as for render; may be repeated.
     #[arg(long, value_name = "MATERIAL=…", requires = "scene")]
     set: Vec<String>,
+
+    /// The most triangles that the scene may have, every instance counted.
+    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
+    max_triangles: u64,
 
     /// Cases of the suite whose name contains this.
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
@@ -49,10 +56,12 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
     let outcomes = match &args.scene {
         Some(scene) => {
             let (illumination, set) = (args.illumination.clone(), args.set.clone());
-            let (scene_of_file, camera) = (None, None);
-            let scene =
-                SceneArgs { scene: scene.clone(), scene_of_file, camera, illumination, set }.load()?;
-            check_scene(&scene, |outcome| tell(&args, || text(outcome)))?
+            let (scene_of_file, camera, max_triangles) = (None, None, args.max_triangles);
+            let scene = scene.clone();
+            let scene_args = SceneArgs { scene, scene_of_file, camera, illumination, set, max_triangles };
+            let loaded = scene_args.load_with_files()?;
+            args.html.iter().chain(&args.csv).try_for_each(|path| refuse_input(path, &loaded.files))?;
+            check_scene(&loaded.scene, |outcome| tell(&args, || text(outcome)))?
         }
         None => suite(&args)?,
     };

@@ -1,17 +1,18 @@
 //! `halflight compare`: error against run time.
 
 use super::out::say;
+use super::output::{Overwrite, claim, refuse_input};
 use super::render::duration;
 use super::scene_args::SceneArgs;
-use super::settings_args::size;
+use super::settings_args::{DEFAULT_SAMPLES, size, whole};
 use crate::error::{Error, Result};
-use crate::film::{check_writable, replace_file};
+use crate::film::{is_ours, replace_file};
 use crate::measure::race::{Course, Run, race};
 use crate::measure::reference::{Reference, ReferenceMaker, candidates};
 use crate::plan::{Method, Settings};
 use crate::report::evaluate::{MARGIN, MaskRule, evaluate, good_enough, medians};
 use crate::report::{Comparison, SceneReport, csv, data, json, page, svg};
-use crate::scene::Scene;
+use crate::scene::{Loaded, MAX_TRIANGLES, Scene};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -42,6 +43,9 @@ pub struct CompareArgs {
     /// Illumination of one material, as in `render` (repeatable)
     #[arg(long, value_name = "MATERIAL=…")]
     set: Vec<String>,
+    /// The most triangles that a scene may have, every instance counted
+    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
+    max_triangles: u64,
     /// Who competes: photon, path, path-plain
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "photon,path,path-plain")]
     methods: Vec<String>,
@@ -58,11 +62,11 @@ pub struct CompareArgs {
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "256x256", value_parser = size)]
     size: (u32, u32),
     /// Photon paths per pass [default: chosen by the plan]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     photons: Option<u32>,
-    /// Camera samples per pixel and pass of the path tracers, stratified against each other
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
-    samples: u32,
+    /// Camera samples per pixel and pass of the path tracers, stratified against each other [default: 4]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
+    samples: Option<u32>,
     /// Cut the series after N reflections, as in `render`
     #[arg(long, value_name = "N")]
     max_reflections: Option<u32>,
@@ -90,6 +94,8 @@ pub struct CompareArgs {
     /// Where the files go
     #[arg(short, long, value_name = "FOLDER", default_value = "compare")]
     output: PathBuf,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Threads [default: all processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -110,7 +116,13 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(twice) = methods.iter().enumerate().find(|(i, m)| methods[..*i].contains(m)) {
         return Err(Error::Usage(format!("--methods names {} twice; name each once", twice.1.name())));
     }
+    if let (Some(samples), true) = (args.samples, methods.iter().all(|m| *m == Method::Photon)) {
+        return Err(Error::Usage(format!(
+            "--samples {samples}: photons take one camera sample per pixel and pass; add path to --methods"
+        )));
+    }
     let scenes = args.scene_args();
+    scenes.iter().try_for_each(|scene| scene.illuminations().map(drop))?;
     if args.reference.is_some() && scenes.len() > 1 {
         return Err(Error::Usage("--reference is of one scene in one light; compare one at a time".into()));
     }
@@ -119,7 +131,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     for folder in [&args.output, &cache] {
         std::fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
     }
-    FILES.iter().try_for_each(|name| check_writable(&args.output.join(name)))?;
+    claim_files(args)?;
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())
@@ -133,6 +145,14 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     }
     let comparison = plan.comparison(reports);
     plan.write(&comparison)
+}
+
+/// The four files are one another's: where the JSON is ours, so are the table and the curves, which cannot say so themselves.
+fn claim_files(args: &CompareArgs) -> Result<()> {
+    let inputs: Vec<PathBuf> = args.reference.iter().chain(&args.scenes).cloned().collect();
+    let ours = is_ours(&args.output.join("compare.json")).unwrap_or(false);
+    let overwrite = Overwrite { overwrite: args.overwrite.overwrite || ours };
+    FILES.iter().try_for_each(|name| claim(&args.output.join(name), &inputs, overwrite).map(drop))
 }
 
 /// What was asked for, resolved.
@@ -157,7 +177,8 @@ impl Comparing<'_> {
 
     fn one(&self, scene_args: &SceneArgs) -> Result<SceneReport> {
         let begin = Instant::now();
-        let scene = scene_args.load()?;
+        let Loaded { scene, files } = scene_args.load_with_files()?;
+        FILES.iter().try_for_each(|name| refuse_input(&self.args.output.join(name), &files))?;
         let load_seconds = begin.elapsed().as_secs_f64();
         if let Some(given) = &self.given {
             self.check(given, &scene)?;
@@ -374,6 +395,7 @@ impl CompareArgs {
                 camera: self.camera.clone(),
                 illumination: illumination.clone(),
                 set: self.set.clone(),
+                max_triangles: self.max_triangles,
             };
             lights.iter().map(args).collect::<Vec<_>>()
         };
@@ -397,7 +419,7 @@ impl CompareArgs {
     fn settings(&self) -> Settings {
         Settings {
             paths: self.photons,
-            samples: self.samples,
+            samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
             max_reflections: self.max_reflections,
             ..Settings::for_film(self.size.0, self.size.1)
         }

@@ -1,8 +1,9 @@
 //! `halflight diff`: how far one picture is from another.
 
 use crate::cli::diff_text::number;
+use crate::cli::output::{Overwrite, claim, ending};
 use crate::error::{Error, Result};
-use crate::film::{Header, Image, Layer, check_writable, read_exr, write_bytes_png, write_image_exr};
+use crate::film::{Header, Image, Layer, read_exr, write_bytes_png, write_image_exr};
 use crate::measure::error_picture::{heat_map, signed_relative_error};
 use crate::measure::mask::{brighter_than, dilated};
 use crate::measure::{Metrics, compare, flip, hdr_flip};
@@ -34,6 +35,9 @@ pub struct DiffArgs {
     /// grey, those that are not finite green.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Whether the file of `output` may be another program's
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Leave out pixels where the reference's visible layer has a channel above X
     #[arg(long, value_name = "X")]
     pub mask_above: Option<f32>,
@@ -126,7 +130,7 @@ pub fn measure(args: &DiffArgs) -> Result<Report> {
     let limits = args.fail_above.iter().map(|text| Limit::parse(text)).collect::<Result<Vec<_>>>()?;
     if let Some(path) = &args.output {
         picture_kind(path)?;
-        check_writable(path)?;
+        claim(path, &[args.picture.clone(), args.reference.clone()], args.overwrite)?;
     }
     let (a, b) = (read_exr(&args.picture)?, read_exr(&args.reference)?);
     if (a.width, a.height) != (b.width, b.height) {
@@ -252,9 +256,9 @@ fn last(name: &str) -> &str {
 }
 
 fn picture_kind(path: &Path) -> Result<&'static str> {
-    match path.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("exr") => Ok("exr"),
-        Some("png") => Ok("png"),
+    match ending(path).as_str() {
+        "exr" => Ok("exr"),
+        "png" => Ok("png"),
         _ => Err(Error::Usage(format!("{}: an error picture is .exr or .png", path.display()))),
     }
 }

@@ -1,6 +1,7 @@
 //! How `halflight diff` prints what it found.
 
 use crate::cli::diff::{LayerReport, Report};
+use crate::cli::escape::line;
 use crate::film::Layer;
 
 impl Report {
@@ -11,8 +12,8 @@ impl Report {
         let pixels = self.width as usize * self.height as usize;
         let mut text = format!(
             "{} against {}, {} x {} pixels\n",
-            self.picture.display(),
-            self.reference.display(),
+            line(&self.picture.display().to_string()),
+            line(&self.reference.display().to_string()),
             self.width,
             self.height
         );
@@ -21,14 +22,14 @@ impl Report {
         }
         text += &aligned(&rows);
         for layer in self.layers.iter().filter(|layer| layer.metrics.not_finite > 0) {
-            let (name, m) = (&layer.layer, &layer.metrics);
+            let (name, m) = (line(&layer.layer), &layer.metrics);
             text += &format!(
                 "{name}: pixels not finite, and in no figure: {}; of these not the same in both: {}\n",
                 m.not_finite, m.not_finite_apart
             );
         }
-        for line in &self.exceeded {
-            text += &format!("exceeded: {line}\n");
+        for exceeded in &self.exceeded {
+            text += &format!("exceeded: {}\n", line(exceeded));
         }
         text
     }
@@ -60,7 +61,7 @@ fn row(report: &Report, layer: &LayerReport) -> Vec<String> {
     let maybe = |x: Option<f64>| x.map_or_else(|| "-".into(), number);
     let shown = |x: f64| if layer.flip.is_some() { number(x) } else { "-".into() };
     let mut cells = vec![
-        layer.layer.clone(),
+        line(&layer.layer).into_owned(),
         number(m.rmse),
         number(m.relmse),
         number(m.bias),

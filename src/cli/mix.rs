@@ -1,7 +1,8 @@
 use super::out::say;
+use super::output::{Overwrite, PictureFiles};
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
-use crate::film::{Image, Layer, check_writable, write_image_exr, write_rgb_png};
+use crate::film::{Image, Layer, judge, write_image_exr};
 use crate::scene::Illumination;
 use clap::Args;
 use std::path::PathBuf;
@@ -17,9 +18,12 @@ pub struct MixArgs {
     #[arg(long, value_name = "S,T|NAME")]
     at: String,
 
-    /// The picture, with its standard error; a PNG preview is written beside it.
-    #[arg(short, long, value_name = "FILE.exr", default_value = "mix.exr")]
+    /// The picture: .exr has its standard error too, and a PNG preview beside it; .png and .jpg hold what a display shows.
+    #[arg(short, long, value_name = "FILE", default_value = "mix.exr")]
     output: PathBuf,
+
+    #[command(flatten)]
+    overwrite: Overwrite,
 
     /// Exposure of the PNG preview in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -35,15 +39,8 @@ const TOLD: f64 = 1e-3;
 
 pub fn run(args: &MixArgs) -> Result<ExitCode> {
     let (s, t) = point(&args.at)?;
-    let png = args.output.with_extension("png");
-    if png == args.output {
-        return Err(Error::Usage(format!(
-            "{}: the picture is an EXR file and the PNG preview lies beside it; name the .exr",
-            args.output.display()
-        )));
-    }
-    check_writable(&args.output)?;
-    check_writable(&png)?;
+    let files = PictureFiles::of(&args.output)?;
+    files.claim(std::slice::from_ref(&args.atlas), args.overwrite, args.quiet)?;
     let (atlas, mut header) = Atlas::read(&args.atlas)?;
     let mixed = atlas.mix(s, t)?;
     header.entries.retain(|(name, _)| !name.starts_with("atlas_"));
@@ -60,14 +57,20 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
             args.at
         ));
     }
-    write_rgb_png(&png, atlas.width, atlas.height, &mixed.visible, args.exposure)?;
-    let layers = vec![
-        (Layer::Visible.name().to_owned(), mixed.visible),
-        (Layer::Error.name().to_owned(), mixed.error),
-    ];
-    write_image_exr(&args.output, &Image { width: atlas.width, height: atlas.height, layers, header })?;
+    let size = (atlas.width, atlas.height);
+    files.check_size(size)?;
+    files.show(size, &mixed.visible, args.exposure)?;
+    let warnings = judge(&mixed.visible, args.exposure).warnings(args.exposure);
+    if let Some(exr) = &files.exr {
+        let layers = vec![
+            (Layer::Visible.name().to_owned(), mixed.visible),
+            (Layer::Error.name().to_owned(), mixed.error),
+        ];
+        write_image_exr(exr, &Image { width: atlas.width, height: atlas.height, layers, header })?;
+    }
     if !args.quiet {
-        say(format_args!("wrote {} and {}", args.output.display(), png.display()));
+        warnings.iter().for_each(|warning| say(format_args!("warning: {warning}")));
+        say(format_args!("wrote {}", files.describe()));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,10 +7,11 @@ pub mod diff;
 #[cfg(test)]
 mod diff_tests;
 mod diff_text;
+pub mod escape;
 mod interrupt;
-mod machine;
 mod mix;
 mod out;
+mod output;
 mod pace;
 mod plan;
 mod progress;
@@ -18,9 +19,12 @@ mod render;
 mod scene_args;
 mod settings_args;
 mod view;
+mod writer;
 
 use crate::error::{Error, Result};
+use clap::error::{ContextKind, ContextValue};
 use clap::{Parser, Subcommand};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Renders scenes lit by vector-valued light, with caustics and an error bar.
@@ -60,7 +64,10 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version are no errors.
             if error.use_stderr() {
-                let _ = error.print();
+                match hint(&error) {
+                    Some(hint) => out::say(format_args!("halflight: {hint}")),
+                    None => drop(error.print()),
+                }
                 return ExitCode::from(2);
             }
             return match out::told(error.print()) {
@@ -78,6 +85,15 @@ pub fn main() -> ExitCode {
 fn failed(error: &Error) -> ExitCode {
     out::say(format_args!("halflight: {error}"));
     ExitCode::from(error.exit_code())
+}
+
+/// Who gives a scene where a command is wanted means to render it.
+fn hint(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    let path = Path::new(given);
+    let is_scene = ["gltf", "glb"].contains(&output::ending(path).as_str());
+    (is_scene || given.starts_with("builtin:") || path.exists())
+        .then(|| format!("{given} is no command; to render a scene: halflight render {given}"))
 }
 
 fn run(command: Command) -> Result<ExitCode> {

@@ -1,20 +1,21 @@
 //! What is said to a user, and what is printed for whoever asked.
 
+use super::escape;
 use crate::error::{Error, Result};
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
-/// A line for the log. A log that breaks ends no work.
+/// A line for the log, escaped for a terminal. A log that breaks ends no work.
 pub fn say(line: impl Display) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", escape::line(&line.to_string()));
 }
 
-/// What a command was asked for, on standard output.
+/// What a command was asked for, on standard output, its lines escaped for a terminal.
 ///
 /// # Errors
 /// Where it cannot be written; a pipe that was closed is none: whoever closed it has read enough.
 pub fn print(text: &str) -> Result<()> {
-    told(io::stdout().write_all(text.as_bytes()))
+    told(io::stdout().write_all(escape::lines(text).as_bytes()))
 }
 
 /// The same of what was written before.

@@ -1,4 +1,3 @@
-use super::machine;
 use super::out::print;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
@@ -7,6 +6,7 @@ use crate::error::Result;
 use crate::film::Layer;
 use crate::forecast::{Forecast, Saving, savings};
 use crate::gather::Connections;
+use crate::machine;
 use crate::measure::Existence;
 use crate::memory::words as bytes;
 use crate::pilot::choose_direct;

@@ -5,7 +5,6 @@ use super::render::Limits;
 use crate::render::{ErrorEstimate, Render};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
-use std::path::Path;
 use std::time::Duration;
 
 pub struct Progress {
@@ -61,14 +60,13 @@ impl Progress {
         }
     }
 
-    pub fn finish(&mut self, render: &Render, elapsed: Duration, exr: &Path, png: &Path) {
+    pub fn finish(&mut self, render: &Render, elapsed: Duration) {
         if let Out::Bar(bar) = &self.out {
             bar.finish_and_clear();
         }
         if !matches!(self.out, Out::Quiet) {
             let error = render.error();
             say(format_args!("{}", self.line(render.film().passes(), elapsed, error, 1.0)));
-            say(format_args!("wrote {} and {}", exr.display(), png.display()));
         }
     }
 
@@ -98,6 +96,9 @@ impl Progress {
 
 fn describe(error: ErrorEstimate) -> String {
     let ErrorEstimate { noise, bias } = error;
+    if !error.total().is_finite() {
+        return "error unknown, some pixels are not finite numbers".into();
+    }
     if bias > 0.0 {
         format!(
             "error {:.2} % (noise {:.2} %, bias {:.2} %)",

@@ -1,17 +1,19 @@
 use super::interrupt::Interrupt;
-use super::machine;
 use super::out::say;
+use super::output::{Overwrite, PictureFiles};
 use super::pace::Pace;
 use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
+use super::writer::Writer;
 use crate::error::{Error, Result};
-use crate::film::{Compression, WrittenLayer, check_writable, write_exr, write_layers_exr, write_png};
+use crate::machine;
 use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Render};
+use crate::scene::names::listed;
 use clap::Args;
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -20,9 +22,13 @@ pub struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
 
-    /// The picture; a PNG preview is written beside it.
-    #[arg(short, long, value_name = "FILE.exr", default_value = "halflight.exr")]
+    /// The picture; its ending decides the format: .exr holds all layers and has a PNG preview beside it; .png and .jpg
+    /// hold what a display shows, and nothing else is written.
+    #[arg(short, long, value_name = "FILE", default_value = "halflight.exr")]
     output: PathBuf,
+
+    #[command(flatten)]
+    overwrite: Overwrite,
 
     #[command(flatten)]
     settings: SettingsArgs,
@@ -69,22 +75,20 @@ const MOST_WRITING: u32 = 50;
 
 pub fn run(args: RenderArgs) -> Result<ExitCode> {
     let (settings, layers) = args.settings.resolve()?;
-    let png = args.output.with_extension("png");
-    if png == args.output {
-        return Err(Error::Usage(format!(
-            "{}: the picture is an EXR file and the PNG preview lies beside it; name the .exr",
-            args.output.display()
-        )));
+    let files = PictureFiles::of(&args.output)?;
+    if args.atlas {
+        files.must_hold_layers("--atlas")?;
     }
-    check_writable(&args.output)?;
-    check_writable(&png)?;
     if let Some(asked) = args.threads {
         start_threads(asked, args.quiet)?;
     }
     let begin = Instant::now();
     let interrupt = Interrupt::listen();
-    let mut scene = args.scene.load()?;
+    let loaded = args.scene.load_with_files()?;
+    files.claim(&loaded.files, args.overwrite, args.quiet)?;
+    let mut scene = loaded.scene;
     let settings = args.settings.film(settings, &mut scene);
+    files.check_size((settings.width, settings.height))?;
     let tell = |line: &dyn Display| {
         if !args.quiet {
             say(line);
@@ -99,6 +103,14 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     if let Some(atlas) = render.atlas_run() {
         tell(&atlas.describe());
     }
+    let backs = render.plan().looked_through();
+    if !backs.is_empty() {
+        tell(&format_args!(
+            "note: the camera looks through the backs of {}, as glTF's viewers do (extras `backs`: \"seen\" shows them)",
+            listed(backs.iter().map(String::as_str))
+        ));
+    }
+    let mut writer = Writer::new(files, args.exposure, args.quiet);
     let mut pace = Pace::new(begin, args.time);
     if let Some(line) = pace.fit(&mut render) {
         tell(&format_args!("note: {line}"));
@@ -131,14 +143,16 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
             break;
         }
         if elapsed >= next_write {
-            write(&render, &args.output, &png, args.exposure)?;
+            writer.on_the_way(&render);
             // An atlas is a hundred pictures, which take their time to be written.
             let writing = begin.elapsed() - elapsed;
             next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
         }
     }
-    write(&render, &args.output, &png, args.exposure)?;
-    progress.finish(&render, begin.elapsed(), &args.output, &png);
+    progress.finish(&render, begin.elapsed());
+    let written = writer.at_the_end(&render)?;
+    tell(&format_args!("wrote {written}"));
+    args.limits().check(render.error())?;
     Ok(interrupt.exit_code().map_or(ExitCode::SUCCESS, ExitCode::from))
 }
 
@@ -149,22 +163,6 @@ fn start_threads(asked: u16, quiet: bool) -> Result<()> {
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     pool.build_global().map_err(|why| Error::Usage(format!("--threads {asked}: {why}")))
-}
-
-fn write(render: &Render, exr: &Path, png: &Path, exposure: f32) -> Result<()> {
-    match render.atlas_run() {
-        None => write_exr(exr, render.film(), &render.header())?,
-        Some(atlas) => {
-            let mut image = render.film().image(&render.header());
-            let atlas = atlas.layers(&mut image.header);
-            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
-            // A hundred noisy pictures: compressing them takes longer than writing what it saves.
-            let compression = Compression::Uncompressed;
-            write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
-        }
-    }
-    write_png(png, render.film(), exposure)?;
-    Ok(())
 }
 
 /// What ends a render: the first of these that is reached.
@@ -186,8 +184,26 @@ impl Limits {
         self.passes.is_some_and(|limit| passes >= limit)
             || self.time.is_some_and(|limit| elapsed >= limit)
             || (passes >= FEWEST_PASSES_FOR_AN_ERROR
-                && self.error.zip(error).is_some_and(|(limit, error)| error.total() <= limit))
+                && self
+                    .error
+                    .zip(error)
+                    .is_some_and(|(limit, error)| error.total() <= limit || is_lost(error)))
     }
+
+    /// An error to reach that never can be.
+    fn check(&self, error: Option<ErrorEstimate>) -> Result<()> {
+        match (self.error, error) {
+            (Some(limit), Some(error)) if is_lost(error) => Err(Error::Usage(format!(
+                "--error {limit} cannot be reached: some pixels are not finite numbers, and so is the error; scale the lamps down"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Once a pixel is not finite the error never is again.
+fn is_lost(error: ErrorEstimate) -> bool {
+    !error.total().is_finite()
 }
 
 impl RenderArgs {

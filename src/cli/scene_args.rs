@@ -1,7 +1,8 @@
 //! What every command that takes a scene takes.
 
+use super::settings_args::whole;
 use crate::error::{Error, Result};
-use crate::scene::{Choice, Illumination, Scene};
+use crate::scene::{Choice, Illumination, Loaded, MAX_TRIANGLES, Scene};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -31,25 +32,50 @@ pub struct SceneArgs {
     /// A,B,C,D/E,F,G,H: the rows of the opaque and of the straight matrix.
     #[arg(long, value_name = "MATERIAL=…")]
     pub set: Vec<String>,
+
+    /// The most triangles that a scene may have, every instance counted.
+    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
+    pub max_triangles: u64,
 }
+
+/// Names of materials and their illuminations.
+type ByMaterial = Vec<(String, Illumination)>;
 
 impl SceneArgs {
     /// Loads the scene and resolves its matrices.
     pub fn load(&self) -> Result<Scene> {
+        self.load_with_files().map(|loaded| loaded.scene)
+    }
+
+    /// The same, with the files that it is of.
+    pub fn load_with_files(&self) -> Result<Loaded> {
+        let (asked, set) = self.illuminations()?;
+        let choice = Choice {
+            scene: self.scene_of_file.clone(),
+            camera: self.camera.clone(),
+            max_triangles: self.max_triangles,
+        };
+        let mut loaded = Scene::load_chosen(&self.scene, &choice)?;
+        loaded.scene.illuminate(asked, &set)?;
+        Ok(loaded)
+    }
+
+    /// Over the whole scene, and by material: what is wrong with them without a look at the scene.
+    pub fn illuminations(&self) -> Result<(Option<Illumination>, ByMaterial)> {
         let parse = |option: &str, text: &str| {
             text.parse::<Illumination>().map_err(|why| Error::Usage(format!("{option}: {why}")))
         };
         let asked = self.illumination.as_deref().map(|text| parse("--illumination", text)).transpose()?;
-        let mut set = Vec::new();
+        let mut set = ByMaterial::new();
         for entry in &self.set {
             let (name, text) = entry.rsplit_once('=').ok_or_else(|| {
                 Error::Usage(format!("--set {entry}: write MATERIAL=ILLUMINATION, as in --set Glass=global"))
             })?;
+            if set.iter().any(|(known, _)| known == name) {
+                return Err(Error::Usage(format!("--set names {name} twice; name each material once")));
+            }
             set.push((name.to_owned(), parse(&format!("--set {name}"), text)?));
         }
-        let choice = Choice { scene: self.scene_of_file.clone(), camera: self.camera.clone() };
-        let mut scene = Scene::load_chosen(&self.scene, &choice)?;
-        scene.illuminate(asked, &set)?;
-        Ok(scene)
+        Ok((asked, set))
     }
 }

@@ -15,7 +15,7 @@ pub struct SettingsArgs {
     pub size: Option<(u32, u32)>,
 
     /// Photon paths per pass. Default: chosen by the plan.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub photons: Option<u32>,
 
     /// Who serves light that comes straight from luminaires: connections from camera hits, or photons too. `auto` takes
@@ -42,9 +42,9 @@ pub struct SettingsArgs {
     #[arg(long, value_enum, default_value_t = MethodArg::Photon)]
     pub method: MethodArg,
 
-    /// Camera samples per pixel and pass of the path tracers, stratified against each other.
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
-    pub samples: u32,
+    /// Camera samples per pixel and pass of the path tracers, stratified against each other. Default: 4.
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
+    pub samples: Option<u32>,
 
     /// Leave nothing out, needed or not.
     #[arg(long)]
@@ -54,6 +54,9 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "NAME")]
     pub keep: Vec<String>,
 }
+
+/// Camera samples per pixel and pass of the path tracers.
+pub(super) const DEFAULT_SAMPLES: u32 = 4;
 
 /// Who transports light.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -78,6 +81,11 @@ impl SettingsArgs {
     /// The settings asked for, those that follow from the layers included; the film is that of [`film`](Self::film).
     pub fn resolve(&self) -> Result<(Settings, Vec<Layer>)> {
         let layers = self.layers()?;
+        if let (Some(samples), MethodArg::Photon) = (self.samples, self.method) {
+            return Err(Error::Usage(format!(
+                "--samples {samples}: photons take one camera sample per pixel and pass; add --method path, or give more passes"
+            )));
+        }
         let settings = Settings {
             paths: self.photons,
             seed: self.seed,
@@ -91,7 +99,7 @@ impl SettingsArgs {
                 MethodArg::Path => Method::Path,
                 MethodArg::PathPlain => Method::PathPlain,
             },
-            samples: self.samples,
+            samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
             invisible: layers.contains(&Layer::Invisible),
             max_reflections: self.max_reflections,
             keep_everything: self.keep_everything,
@@ -152,12 +160,29 @@ fn beside(aspect: f32, width: u32, height: u32) -> Option<String> {
     })
 }
 
+/// The largest side of a film, in pixels.
+const LONGEST_SIDE: u32 = 65_536;
+
 pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     let wrong = || format!("`{text}` is no size; write WIDTHxHEIGHT in pixels, as in 512x512");
-    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
-    let side =
-        |text: &str| text.parse::<u32>().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(wrong);
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
+    let side = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let side = text.parse::<u32>().ok().filter(|side| (1..=LONGEST_SIDE).contains(side));
+        side.ok_or_else(|| if digits { format!("each side has 1 to {LONGEST_SIDE} pixels") } else { wrong() })
+    };
     Ok((side(width)?, side(height)?))
+}
+
+/// A whole number from one up, also as in 1e6.
+pub(super) fn whole<T: TryFrom<u64>>(text: &str) -> std::result::Result<T, String> {
+    let wrong =
+        || format!("`{text}` is no number of things; write a whole number above zero, as in 20000 or 2e4");
+    // Below 2^53 a float holds whole numbers exactly.
+    let float = || text.parse::<f64>().ok().filter(|x| x.fract() == 0.0 && *x > 0.0 && *x < 9e15);
+    let number = text.parse::<u64>().ok().or_else(|| float().map(|x| x as u64)).filter(|n| *n > 0);
+    let number = number.ok_or_else(wrong)?;
+    T::try_from(number).map_err(|_| format!("`{text}` is too large a number"))
 }
 
 #[cfg(test)]
@@ -176,5 +201,26 @@ mod tests {
         }
         assert!(beside(16.0 / 9.0, 512, 512).is_some_and(|note| note.contains("above and below")));
         assert!(beside(1.0, 640, 480).is_some_and(|note| note.contains("left and right")));
+    }
+
+    #[test]
+    fn numbers_may_be_written_with_an_exponent() {
+        assert_eq!(whole::<u32>("1e6"), Ok(1_000_000));
+        assert_eq!(whole::<u32>("2.5e3"), Ok(2_500));
+        assert_eq!(whole::<u32>("4294967295"), Ok(u32::MAX));
+        for wrong in ["0", "-1", "1.5", "1e-3", "nan", "inf", "", "1e", "4294967296", "1e16"] {
+            assert!(whole::<u32>(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_say_their_limit() {
+        assert_eq!(size("512x384"), Ok((512, 384)));
+        for wrong in ["0x0", "100000x100000", "12x65537", "99999999999x1"] {
+            assert!(size(wrong).is_err_and(|e| e.contains("1 to 65536 pixels")), "{wrong}");
+        }
+        for wrong in ["512", "axb", "x", "-1x5", "5x 5"] {
+            assert!(size(wrong).is_err_and(|e| e.contains("WIDTHxHEIGHT")), "{wrong}");
+        }
     }
 }

@@ -1,7 +1,8 @@
 use super::out::say;
+use super::output::{Overwrite, claim, ending};
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
-use crate::film::{check_writable, replace_file};
+use crate::film::replace_file;
 use crate::report::square_page;
 use clap::Args;
 use std::path::PathBuf;
@@ -16,6 +17,9 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "FILE.html", default_value = "square.html")]
     output: PathBuf,
 
+    #[command(flatten)]
+    overwrite: Overwrite,
+
     /// The most that the page may take, in megabytes; the picture is halved until it fits.
     #[arg(long, value_name = "MB", default_value_t = 12.0)]
     megabytes: f64,
@@ -29,7 +33,13 @@ pub fn run(args: &ViewArgs) -> Result<ExitCode> {
     if args.megabytes.is_nan() || args.megabytes <= 0.0 {
         return Err(Error::Usage(format!("--megabytes {}: give a size above zero", args.megabytes)));
     }
-    check_writable(&args.output)?;
+    if !["html", "htm"].contains(&ending(&args.output).as_str()) {
+        return Err(Error::Usage(format!(
+            "{}: the page is an HTML file; give it a name that ends in .html",
+            args.output.display()
+        )));
+    }
+    claim(&args.output, std::slice::from_ref(&args.atlas), args.overwrite)?;
     let (atlas, header) = Atlas::read(&args.atlas)?;
     let page = square_page(&atlas, &header, (1e6 * args.megabytes) as usize)
         .map_err(|e| Error::Write { path: args.output.clone(), reason: e.to_string() })?;

@@ -94,7 +94,7 @@ fn is_dwa(compression: Compression) -> bool {
 
 fn is_had(bytes: u64) -> bool {
     let fits = usize::try_from(bytes).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
-    fits && crate::free_memory::available().is_none_or(|available| bytes <= available)
+    fits && crate::machine::memory().is_none_or(|left| bytes <= left.bytes)
 }
 
 /// Channels that share what stands before the last dot.

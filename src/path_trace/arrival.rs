@@ -50,7 +50,7 @@ pub fn arriving_power(scene: &Scene, rays: &Rays, seed: u64, pass: u32, places: 
                 let total = |halves: [Vec3; 2]| f64::from((halves[0] + halves[1]).element_sum());
                 let normal = point.normals.geometric;
                 if let Some(connection) = luminaires.connect(scene, &point, &mut numbers) {
-                    let light = rays.transmittance(&connection.segment) * connection.light;
+                    let light = rays.transmittance(connection.segment) * connection.light;
                     let cos = f64::from(connection.to.dot(normal).abs());
                     sum.direct += cos * total([light.invisible, light.visible]);
                 }

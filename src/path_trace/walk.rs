@@ -246,7 +246,7 @@ impl<'a> Walk<'a> {
                 let by_chance = encounter.share(term) / shares * term.lobe.pdf(normals, from, to);
                 power_heuristic(by_connection, by_chance)
             });
-            let between = *between.get_or_insert_with(|| self.rays.transmittance(&connection.segment));
+            let between = *between.get_or_insert_with(|| self.rays.transmittance(connection.segment));
             let reads = reads.through(between).scaled(weight);
             reading.add(reads, connection.light, encounter.line.reflections + 1);
         }

@@ -56,7 +56,7 @@ pub(super) fn centre(pieces: &[Piece], eye: Option<Eye>) -> Centre {
     let focus =
         DVec3::from([0, 1, 2].map(|axis| quantile(seen.iter().map(|s| (s.centroid()[axis], s.weight)), 0.5)));
     let size = quantile(seen.iter().map(|s| (s.reach(focus), s.weight)), MOST);
-    if !(reach > FAR * size) {
+    if reach <= FAR * size {
         return Centre { origin: middle, note: lost(&seen, &eye, middle) };
     }
     let near = |corners: &[DVec3; 3]| corners.iter().all(|corner| corner.distance(focus) <= FAR * size);

@@ -6,6 +6,7 @@ mod check;
 mod choice;
 mod compare;
 mod ends;
+mod files;
 mod page;
 mod pages;
 mod render;

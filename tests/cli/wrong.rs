@@ -36,6 +36,7 @@ fn scenes_that_are_none() {
     must_refuse("render builtin:teapot", &["builtin:teapot", "caustic-box"]);
     must_refuse("render dark.gltf", &["dark.gltf", "light"]);
     must_refuse("plan nowhere.glb", &["nowhere.glb"]);
+    must_refuse("render .", &["folder", ".glb"]);
 }
 
 #[test]
@@ -44,12 +45,14 @@ fn illuminations_that_are_none() {
     must_refuse("render --illumination 0.5,1.5", &["0.5,1.5", "0…1"]);
     must_refuse("render --set Glas=global", &["Glas", "Glass"]);
     must_refuse("render --set Glass", &["--set", "Glass"]);
+    must_refuse("render --set Glass=global --set Glass=local", &["--set", "Glass", "twice"]);
+    must_refuse("compare --set Glass=global --set Glass=local", &["--set", "Glass", "twice"]);
 }
 
 #[test]
 fn places_that_cannot_be_written() {
     must_refuse("render -o no/such/folder/x.exr", &["no/such/folder"]);
-    must_refuse("render -o x.png", &["x.png", ".exr"]);
+    must_refuse("render -o notes.glb", &["notes.glb", ".exr"]);
 }
 
 #[test]
@@ -57,12 +60,25 @@ fn settings_that_do_not_go_together() {
     must_refuse("render --method path --layers caustic", &["caustic", "photon"]);
     must_refuse("render builtin:concentric --method path-plain", &["path-plain", "path"]);
     must_refuse("render --layers visible,depht", &["depht", "depth"]);
+    must_refuse("render --samples 9", &["--samples 9", "--method path"]);
+    must_refuse("plan --samples 9", &["--samples 9", "--method path"]);
+    must_refuse("compare --methods photon --samples 9", &["--samples 9", "path"]);
+}
+
+#[test]
+fn a_scene_in_place_of_a_command_is_told_what_to_write() {
+    must_refuse("notes.glb", &["halflight render notes.glb"]);
+    must_refuse("builtin:caustic-box", &["halflight render builtin:caustic-box"]);
 }
 
 #[test]
 fn numbers_that_are_none() {
     for (arguments, word) in [
         ("render --size 0x10", "0x10"),
+        ("render --size 0x0", "1 to 65536 pixels"),
+        ("render --size 100000x100000", "1 to 65536 pixels"),
+        ("render --photons 1e-6", "whole number"),
+        ("render --max-triangles 0", "whole number"),
         ("render --time soon", "soon"),
         ("render --error 0", "`0`"),
         ("render --passes 0", "0"),

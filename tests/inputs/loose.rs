@@ -15,7 +15,8 @@ fn chosen(small: Small, scene: Option<&str>, camera: Option<&str>) -> Result<Sce
     let folder = TempDir::new().expect("a folder");
     let path = folder.path().join("small.gltf");
     std::fs::write(&path, small.embedded().json.to_string()).expect("written");
-    Scene::load_chosen(path, &Choice { scene: scene.map(Into::into), camera: camera.map(Into::into) })
+    let choice = Choice { scene: scene.map(Into::into), camera: camera.map(Into::into), ..Choice::default() };
+    Scene::load_chosen(path, &choice).map(|loaded| loaded.scene)
 }
 
 #[test]
@@ -80,7 +81,11 @@ fn other_scenes_are_named_and_can_be_chosen_by_name_or_number() {
     assert!(
         message(
             "builtin",
-            Scene::load_chosen("builtin:caustic-box", &Choice { scene: Some("0".into()), camera: None })
+            Scene::load_chosen(
+                "builtin:caustic-box",
+                &Choice { scene: Some("0".into()), ..Choice::default() }
+            )
+            .map(|loaded| loaded.scene)
         )
         .contains("--scene")
     );

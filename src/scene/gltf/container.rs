@@ -84,7 +84,7 @@ pub(super) fn load_buffers<'a>(
     folder: &Path,
 ) -> Result<Vec<Bytes<'a>>, Reason> {
     let mut known = HashMap::new();
-    let mut load = |(index, buffer): (usize, &gltf::json::Buffer)| {
+    let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
         let want = buffer.byte_length.0;
         let bytes = match &buffer.uri {
             Some(uri) => shared(&mut known, uri, folder, want).map_err(|e| format!("buffer {index}: {e}"))?,
@@ -101,7 +101,7 @@ pub(super) fn load_buffers<'a>(
         }
         Ok(bytes)
     };
-    root.buffers.iter().enumerate().map(|entry| load(entry)).collect()
+    root.buffers.iter().enumerate().map(load).collect()
 }
 
 /// Reads a file once, by whatever names buffers call it.

@@ -70,7 +70,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
-    count::check(&root, &placed, choice.max_triangles, crate::free_memory::available())?;
+    count::check(&root, &placed, choice.max_triangles, crate::machine::memory().map(|left| left.bytes))?;
     if animated {
         notes.line("animations are not supported; the scene is seen at rest".into());
     }

@@ -1,8 +1,16 @@
 //! What the machine has: memory and processors.
 
-use crate::memory::MemoryLimit;
 use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
+
+/// Memory that a render may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryLimit {
+    /// Bytes.
+    pub bytes: u64,
+    /// Who sets it, as in "this machine has".
+    pub of: &'static str,
+}
 
 /// Threads for each processor at the most: more only wait for each other.
 const MOST_THREADS: usize = 4;

@@ -1,0 +1,142 @@
+//! Writing the picture of a render, in patience: a full disk ends no render, and the last picture waits for room.
+
+use super::out::say;
+use super::output::PictureFiles;
+use crate::error::{Error, Result};
+use crate::film::{Compression, Layer, WrittenLayer, judge, write_exr, write_layers_exr};
+use crate::render::Render;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Writes the pictures of one render.
+pub struct Writer {
+    files: PictureFiles,
+    exposure: f32,
+    quiet: bool,
+    /// True while writing fails, so that it is said once.
+    failing: bool,
+    /// Passes in the picture that is on disk.
+    on_disk: Option<u32>,
+}
+
+/// How long to wait before the picture is written again; None: long enough.
+///
+/// A minute in all, in which somebody, or the end of another program, may make room.
+fn wait_before(attempt: usize) -> Option<Duration> {
+    [1, 2, 4, 8, 15, 30].get(attempt).map(|seconds| Duration::from_secs(*seconds))
+}
+
+impl Writer {
+    /// To files that were claimed.
+    pub fn new(files: PictureFiles, exposure: f32, quiet: bool) -> Self {
+        Self { files, exposure, quiet, failing: false, on_disk: None }
+    }
+
+    /// Writes a picture on the way. Where that fails the render goes on, and the next picture is tried. A device gets none.
+    pub fn on_the_way(&mut self, render: &Render) {
+        if self.files.device {
+            return;
+        }
+        match write(&self.files, render, self.exposure) {
+            Ok(()) => {
+                self.on_disk = Some(render.film().passes());
+                if std::mem::take(&mut self.failing) {
+                    self.say("the picture can be written again");
+                }
+            }
+            Err(e) if !self.failing => {
+                self.failing = true;
+                self.say(&format!("warning: {e}; the render goes on, and the next picture is tried again"));
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// Writes the last picture; waits for a minute where there is no room. Returns the names of the files.
+    ///
+    /// # Errors
+    /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
+    pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
+        for attempt in 0.. {
+            let Err(e) = write(&self.files, render, self.exposure) else { break };
+            let Some(wait) = wait_before(attempt).filter(|_| !self.files.device) else {
+                return Err(self.lost(e, render.film().passes()));
+            };
+            // Also when quiet: whoever waits must know for what.
+            let line = format!("{e}; trying again in {} s", wait.as_secs());
+            say(format_args!("halflight: {line}"));
+            std::thread::sleep(wait);
+        }
+        self.look_at(render)?;
+        Ok(self.files.describe())
+    }
+
+    /// Says what is wrong with the picture that was written.
+    fn look_at(&self, render: &Render) -> Result<()> {
+        let judgement = judge(&render.film().mean(Layer::Visible), self.exposure);
+        let warnings = judgement.warnings(self.exposure);
+        if judgement.shows_nothing() {
+            return Err(Error::Image { path: self.path(), reason: warnings.join("; ") });
+        }
+        warnings.iter().for_each(|warning| self.say(&format!("warning: {warning}")));
+        Ok(())
+    }
+
+    fn path(&self) -> PathBuf {
+        self.files.all().next().map_or_else(PathBuf::new, PathBuf::from)
+    }
+
+    fn lost(&self, e: Error, passes: u32) -> Error {
+        let older = match self.on_disk {
+            Some(older) => format!("the file has the picture of {}", counted(older)),
+            None => "no picture of this render was written".into(),
+        };
+        match e {
+            Error::Write { path, reason } => {
+                let reason = format!("{reason}; the picture of {} is lost, {older}", counted(passes));
+                Error::Write { path, reason }
+            }
+            other => other,
+        }
+    }
+
+    fn say(&self, line: &str) {
+        if !self.quiet {
+            say(line);
+        }
+    }
+}
+
+fn counted(passes: u32) -> String {
+    format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
+}
+
+fn write(files: &PictureFiles, render: &Render, exposure: f32) -> Result<()> {
+    let film = render.film();
+    match (&files.exr, render.atlas_run()) {
+        (None, _) => {}
+        (Some(exr), None) => write_exr(exr, film, &render.header())?,
+        (Some(exr), Some(atlas)) => {
+            let mut image = film.image(&render.header());
+            let atlas = atlas.layers(&mut image.header);
+            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
+            // A hundred noisy pictures: compressing them takes longer than writing what it saves.
+            let compression = Compression::Uncompressed;
+            write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
+        }
+    }
+    files.show((film.width(), film.height()), &film.mean(Layer::Visible), exposure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_picture_waits_for_a_minute_in_steps_that_grow() {
+        let waits: Vec<Duration> = (0..).map_while(wait_before).collect();
+        assert_eq!(waits.iter().sum::<Duration>(), Duration::from_secs(60));
+        assert!(waits.windows(2).all(|pair| pair[1] >= 2 * pair[0] - Duration::from_secs(1)), "{waits:?}");
+        assert_eq!(waits[0], Duration::from_secs(1));
+    }
+}
