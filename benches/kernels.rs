@@ -55,7 +55,7 @@ fn rays(criterion: &mut Criterion) {
         });
     }
     group.bench_function("occluded/shadow", |b| {
-        b.iter(|| sets.shadow.iter().filter(|ray| ours.occluded(ray)).count());
+        b.iter(|| sets.shadow.iter().filter(|ray| ours.occluded(*ray)).count());
     });
     group.bench_function("occluded/shadow/obvhs RtTriangle", |b| {
         b.iter(|| sets.shadow.iter().filter(|ray| theirs.occluded(ray)).count());
