@@ -99,9 +99,12 @@ fn balls_of_few_facets_lose_nothing_however_they_are_shaded() {
             let film = render.film();
             let (mean, error) = (film.mean_colour().x, film.mean_colour_error().expect("passes").x);
             Measured { mean, error }.must_be(1.0, 1e-3);
+            if !lobe.is_delta() {
+                continue; // lit by chance
+            }
             // Nor anywhere: rims are no darker than the middle.
             let least = film.mean(Layer::Visible).iter().map(|rgb| rgb.x).fold(f32::INFINITY, f32::min);
-            assert!(least > 0.8, "{name} by {method:?}: a pixel of {least}");
+            assert!(least > 0.97, "{name} by {method:?}: a pixel of {least}");
         }
     }
 }
