@@ -56,7 +56,7 @@ impl Quality {
 pub fn choose_direct(plan: &mut Plan, connections: &Connections) {
     let Some(photons) = plan.photons.clone() else { return };
     let among = connections.chosen_among();
-    if among <= FEW || plan.existence.is_refuted() {
+    if among <= FEW || plan.existence.is_refuted() || plan.settings.direct == Direct::Photons {
         return;
     }
     let asked = plan.settings.clone();

@@ -24,7 +24,7 @@ pub use settings::{Direct, LEVELS, Method, Settings};
 use crate::measure::Existence;
 use crate::rays::Rays;
 use crate::rims::Rims;
-use crate::scene::Scene;
+use crate::scene::{Luminaire, Scene};
 use crate::stop::Stop;
 use flow::Flow;
 use lines::Through;
@@ -64,7 +64,8 @@ pub struct Plan {
 impl Plan {
     /// Looks at the scene once and decides.
     ///
-    /// Where [`Direct::Auto`] is asked for it takes connections; a pilot may change that.
+    /// Where [`Direct::Auto`] is asked for it takes connections, which a pilot may change; photons where connections would miss a
+    /// luminaire.
     pub fn new(scene: Scene, settings: Settings) -> Self {
         Self::with_existence(scene, settings, None)
     }
@@ -72,13 +73,14 @@ impl Plan {
     /// The same, where it is known already whether there is an image.
     pub fn with_existence(mut scene: Scene, mut settings: Settings, known: Option<Existence>) -> Self {
         let scene_hash = scene.hash();
-        let direct_because = match settings.direct {
-            Direct::Auto => "few luminaires",
-            Direct::Connection | Direct::Photons => "asked for",
+        let (direct, direct_because) = match settings.direct {
+            Direct::Auto if scene.luminaires.iter().any(Luminaire::is_needle) => {
+                (Direct::Photons, "a spot lights less than a pixel, which connections hardly ever meet")
+            }
+            Direct::Auto => (Direct::Connection, "few luminaires"),
+            asked => (asked, "asked for"),
         };
-        if settings.direct == Direct::Auto {
-            settings.direct = Direct::Connection;
-        }
+        settings.direct = direct;
         let mut omissions = Vec::new();
         if settings.method == Method::Photon {
             shrink::drop_unused(&mut scene, &settings, &mut omissions);

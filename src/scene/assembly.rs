@@ -3,7 +3,7 @@
 use super::centre::{Centre, Eye, centre};
 use super::{Luminaire, Material, Mesh, Surface};
 use glam::{DVec3, Vec3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
 
 /// Normals nearer than this to those of the triangles (1 mrad) are flat: exporters round them to four digits.
@@ -33,10 +33,37 @@ pub(super) struct Assembly {
     pub inside_out: Vec<String>,
     /// What to tell where coordinates are rounded more than shows.
     pub rounded: Option<String>,
+    /// How many triangles of lamps coincided with others and were left out.
+    pub twice: usize,
+}
+
+/// The corners of a triangle, the same whichever it starts with: bits of f64, +0 for −0.
+fn turned(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
+    let mut corners = corners.map(|corner| (corner + DVec3::ZERO).to_array().map(f64::to_bits));
+    let first = (0..3).min_by_key(|i| corners[*i]).unwrap_or(0);
+    corners.rotate_left(first);
+    corners
 }
 
 /// Puts pieces together, about the centre of their bounds or of what `eye` sees of them.
-pub(super) fn assemble(pieces: Vec<Piece>, eye: Option<Eye>) -> Result<Assembly, String> {
+///
+/// Of surfaces that coincide the first is met, so those that shine (by the index of their material) come first: a lamp in the plane of
+/// a ceiling is seen and lights. Of a lamp that is there twice one is left out, since light would be shot from both and be found at
+/// one.
+pub(super) fn assemble(
+    mut pieces: Vec<Piece>,
+    shines: impl Fn(u32) -> bool,
+    eye: Option<Eye>,
+) -> Result<Assembly, String> {
+    pieces.sort_by_key(|piece| !shines(piece.material));
+    let mut lamps = HashSet::new();
+    let mut twice = 0;
+    for piece in pieces.iter_mut().take_while(|piece| shines(piece.material)) {
+        let Piece { positions, triangles, .. } = piece;
+        let before = triangles.len();
+        triangles.retain(|triangle| lamps.insert(turned(triangle.map(|vertex| positions[vertex as usize]))));
+        twice += before - triangles.len();
+    }
     let corners = pieces.iter().map(|piece| piece.triangles.len() as u64 * 3).sum::<u64>();
     if corners > u64::from(u32::MAX) {
         return Err(format!("has {} triangles, more than can be counted; leave some out", corners / 3));
@@ -49,6 +76,7 @@ pub(super) fn assemble(pieces: Vec<Piece>, eye: Option<Eye>) -> Result<Assembly,
         without_area: 0,
         inside_out: Vec::new(),
         rounded: note,
+        twice,
     };
     for piece in pieces {
         assembly.add(piece)?;
@@ -232,23 +260,34 @@ mod tests {
     fn far_from_the_origin_nothing_is_lost() {
         let far = DVec3::new(1e7, -3e6, 5e5);
         let moved = CORNERS.map(|p| p + far);
-        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)], None).unwrap();
+        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)], |_| false, None).unwrap();
         assert_eq!(assembly.origin, far + 0.5);
         assert_eq!(assembly.mesh.bounds(), (Vec3::splat(-0.5), Vec3::splat(0.5)));
+    }
+
+    #[test]
+    fn lamps_come_first_and_once() {
+        let lamp = |first: [u32; 3]| Piece { material: 1, ..piece(&CORNERS, &[first]) };
+        // The same corners, from another on; the other side is another lamp.
+        let pieces = vec![piece(&CORNERS, &TETRAHEDRON), lamp([0, 1, 2]), lamp([1, 2, 0]), lamp([0, 2, 1])];
+        let assembly = assemble(pieces, |material| material == 1, None).unwrap();
+        assert_eq!((assembly.twice, assembly.mesh.surface), (1, vec![0, 2, 3, 3, 3, 3]));
+        assert_eq!(assembly.surfaces.iter().map(|s| s.material).collect::<Vec<_>>(), [1, 1, 1, 0]);
     }
 
     #[test]
     fn triangles_without_area_are_left_out_with_their_vertices() {
         let mut corners = CORNERS.to_vec();
         corners.push(2.0 * DVec3::X);
-        let assembly = assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])], None).unwrap();
+        let assembly =
+            assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])], |_| false, None).unwrap();
         assert_eq!((assembly.without_area, assembly.mesh.triangles.len()), (2, 1));
         assert_eq!(assembly.mesh.positions.len(), 3);
     }
 
     #[test]
     fn too_large_is_an_error_and_too_small_has_no_area() {
-        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)], None);
+        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)], |_| false, None);
         assert!(scaled(1e8).is_ok_and(|a| a.without_area == 0));
         assert!(scaled(1e12).is_err_and(|e| e.contains("too large")));
         assert!(scaled(1e-8).is_ok_and(|a| a.without_area == 0));

@@ -122,6 +122,9 @@ pub fn versine_between(a: Vec3, b: Vec3) -> f32 {
     versine as f32
 }
 
+/// The versine of half an angle of a milliradian: a pixel of 40° over 700 pixels.
+const NEEDLE: f32 = 5e-7;
+
 impl Luminaire {
     /// Radiant power of both halves, W.
     ///
@@ -141,6 +144,11 @@ impl Luminaire {
             }
             Self::Directional { irradiance, .. } => (PI * scene_radius * scene_radius) * irradiance,
         }
+    }
+
+    /// True for a spot so narrow that what it lights is less than a pixel of most pictures.
+    pub fn is_needle(&self) -> bool {
+        matches!(self, Self::Spot { cone, .. } if cone.outer < NEEDLE)
     }
 
     /// True for luminaires that no ray can hit.

@@ -86,6 +86,10 @@ fn expected() -> f64 {
 
 /// A floor below a lamp, and a camera that sees the middle of it.
 fn lamp_above_floor() -> Scene {
+    lamp_and(|_, _| {})
+}
+
+fn lamp_and(more: impl Fn(&mut Build, u32)) -> Scene {
     let mut build = Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO));
     build.0.camera.projection = Projection::Perspective { yfov: 0.004 };
     let floor = build.material("Floor", diffuse(ALBEDO as f32));
@@ -94,6 +98,7 @@ fn lamp_above_floor() -> Scene {
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     let (half, height) = (HALF as f32, HEIGHT as f32);
     build.quad(Vec3::new(-half, height, -half), Vec3::X * 2.0 * half, Vec3::Z * 2.0 * half, lamp);
+    more(&mut build, floor);
     build.finish()
 }
 
@@ -115,6 +120,21 @@ fn a_lamp_lights_wherever_zero_is() {
     for below in [0.0, 1e-9, 1e-5, 1e-3, 0.02, -0.05, 0.1, 0.75] {
         let here = placed(&scene, DVec3::new(0.0, HEIGHT - below, 0.0), DQuat::IDENTITY, 1.0);
         for settings in methods().into_iter().take(if below == 0.0 { 4 } else { 3 }) {
+            measure(here.clone(), settings, 64).must_be(expected(), 0.001);
+        }
+    }
+}
+
+#[test]
+fn a_lamp_in_the_plane_of_a_ceiling_lights() {
+    // Of surfaces that coincide the first is met; loaders put lamps first.
+    let scene = lamp_and(|build, white| {
+        let height = HEIGHT as f32;
+        build.quad(Vec3::new(-2.0, height, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, white);
+    });
+    for up in [0.0, 0.3, HEIGHT, 7.0] {
+        let here = placed(&scene, DVec3::new(0.1, up, 0.0), DQuat::IDENTITY, 1.0);
+        for settings in methods() {
             measure(here.clone(), settings, 64).must_be(expected(), 0.001);
         }
     }

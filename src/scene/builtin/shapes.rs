@@ -111,7 +111,8 @@ impl Builder {
     /// # Errors
     /// What [`assemble`] refuses; none of the built-in scenes is.
     pub fn finish(self, setting: Setting) -> Result<Scene, String> {
-        let assembly = assemble(self.pieces, None)?;
+        let assembly =
+            assemble(self.pieces, |material| self.materials[material as usize].emission.is_some(), None)?;
         let local = |p: Vec3| (p.as_dvec3() - assembly.origin).as_vec3();
         let mut camera = setting.camera;
         camera.position = local(camera.position);

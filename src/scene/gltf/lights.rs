@@ -92,7 +92,7 @@ pub(super) fn punctual(
         unit.convert(&mut lamp, notes);
         if source.spot.as_ref().is_some_and(|spot| spot.outer_cone_angle < THIN) {
             notes.about(
-                "spots that light less than a pixel, which connections hardly ever meet; --direct photons shows them",
+                "spots that light less than a pixel: photons show them, paths hardly ever meet them",
                 &lamp.name,
             );
         }

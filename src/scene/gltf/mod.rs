@@ -78,9 +78,16 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
 
     let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
     let pieces = pieces(&accessors, &placed, &mut materials, &mut notes)?;
-    let assembly = assemble(pieces, camera::eye(&root, &placed, choice.camera.as_deref()))?;
-    assembly.rounded.iter().for_each(|note| notes.line(note.clone()));
     let materials = materials.finish(&mut notes);
+    let shines = |material: u32| materials[material as usize].emission.is_some();
+    let assembly = assemble(pieces, shines, camera::eye(&root, &placed, choice.camera.as_deref()))?;
+    assembly.rounded.iter().for_each(|note| notes.line(note.clone()));
+    if assembly.twice > 0 {
+        notes.line(format!(
+            "{} triangles of lamps are there twice in one place; one of each shines",
+            assembly.twice
+        ));
+    }
     match assembly.without_area {
         0 => {}
         1 => notes.line("1 triangle without area was left out".into()),
