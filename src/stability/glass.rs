@@ -201,7 +201,7 @@ fn coincident(_: Effort) -> Vec<Check> {
 }
 
 fn coloured(_: Effort) -> Vec<Check> {
-    let tint = 0.5;
+    let tint = 0.8;
     // Index-matched: the outer faces reflect, and light crosses two faces of the liquid.
     let (r, within) = (between(1.0, GLASS), f64::from(tint).powi(2));
     let expected = (1.0 - r).powi(2) * within / (1.0 - (r * within).powi(2));
