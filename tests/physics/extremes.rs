@@ -45,6 +45,9 @@ each! {
     ior: "ior";
     glass_in_glass: "glass-in-glass";
     water_in_a_glass: "water-in-a-glass";
+    coloured_liquid: "coloured-liquid";
+    facets: "facets";
+    hall_of_mirrors: "hall-of-mirrors";
     coincident_glass: "coincident-glass";
     total_reflection: "total-reflection";
     camera_inside: "camera-inside";
