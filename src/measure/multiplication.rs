@@ -43,10 +43,10 @@ pub struct Multiplication {
 const GENERATIONS: [f64; 2] = [8.0, 32.0];
 /// Independent batches: enough for an error bar of their mean that is itself known to a fifth.
 pub(super) const BATCHES: u32 = 16;
-/// Lines and crossings that the first look may cost in one channel: about half a second on two cores.
-const FIRST_LOOK: f64 = 1.5e6;
+/// Lines and crossings that the first look may cost in one channel: about a quarter of a second on two cores.
+const FIRST_LOOK: f64 = 7e5;
 /// What it costs at the most, as far as that many photons and generations can be done without.
-const MOST: f64 = 16.0 * FIRST_LOOK;
+const MOST: f64 = 32.0 * FIRST_LOOK;
 /// Photons of a batch: the fewest, from where the bias O(1/N) is below the error, and to where more would only cost.
 const POPULATION: [f64; 3] = [64.0, 256.0, 2048.0];
 /// Near one, generations that count and photons are doubled in turn, up to so many times in all, to tell k from one.
