@@ -49,6 +49,18 @@ fn connection_gives_the_irradiance_of_a_rectangle() {
 }
 
 #[test]
+fn a_surface_is_seen_however_dark_it_is() {
+    let albedo = 1e-30_f32;
+    let mut dark = scene(Illumination::GLOBAL, false);
+    dark.materials[0].lobes = vec![(1.0, diffuse(albedo))];
+    dark.illuminate(None, &[]).expect("no names");
+    let seen = expected() / ALBEDO * f64::from(albedo);
+    for settings in [small(16, 16, 1), Settings { method: Method::Path, samples: 16, ..small(16, 16, 1) }] {
+        measure(dark.clone(), settings, 64).must_be(seen, 0.001);
+    }
+}
+
+#[test]
 fn photons_alone_give_it_too() {
     let settings = Settings { direct: Direct::Photons, indirect_radius: 50.0, ..small(8, 8, 200_000) };
     for illumination in [Illumination::LOCAL, Illumination::ONE_BOUNCE] {
