@@ -35,11 +35,22 @@ fn interrupted(folder: &Path, arguments: &str, word: &str, signals: &[&str]) -> 
     (child.wait().expect("it ends").code(), said)
 }
 
+/// As below `nohup`.
+fn hang_up_is_ignored_here() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
+}
+
 const SMALL: &str = "render builtin:cornell-spheres --size 32x32 --photons 2000 --time 10m -o cut.exr";
 
 #[test]
 fn an_interrupted_render_says_so_writes_the_picture_and_has_the_exit_code_of_the_signal() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        if signal == "-HUP" && hang_up_is_ignored_here() {
+            println!("SKIPPED: a hang-up is ignored by whoever started this test, and so by what it starts");
+            continue;
+        }
         let folder = tempfile::tempdir().expect("a folder");
         let (exit, said) = interrupted(folder.path(), SMALL, "1 pass", &[signal]);
         assert_eq!(exit, Some(code), "{said}");
