@@ -332,7 +332,7 @@ fn a_spot_however_narrow_has_its_power() {
         let power = f64::from(scene.luminaires[0].power(1.0).visible.x);
         let expected = 1e9 * 4.0 * std::f64::consts::PI * (0.5 * angle).sin().powi(2);
         assert!((power / expected - 1.0).abs() < 1e-6, "{angle}: {power} W for {expected}");
-        assert_eq!(note(&scene, "--direct photons"), angle < 1e-3);
+        assert_eq!(note(&scene, "spots that light less than a pixel"), angle < 1e-3);
     }
 }
 
