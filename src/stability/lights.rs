@@ -3,6 +3,7 @@
 use super::build::{Build, diffuse, film, finite, look, mean_is};
 use super::{Case, Check, Effort, Run};
 use crate::light::Light;
+use crate::plan::{Method, Settings};
 use crate::scene::{Illumination, Luminaire};
 use glam::Vec3;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
@@ -12,6 +13,11 @@ pub(super) const CASES: &[Case] = &[
         name: "luminaire-size",
         promise: "a luminaire of 1e-4 to 1e4 of the scene's size",
         run: Run::AtOnce(size),
+    },
+    Case {
+        name: "lamp-near-zero",
+        promise: "a lamp shines however near its plane the scene's zero lies",
+        run: Run::AtOnce(near_zero),
     },
     Case {
         name: "point-light-touching",
@@ -52,6 +58,25 @@ fn size(_: Effort) -> Vec<Check> {
             mean_is(format!("side {side}"), build.finish(), film(32, 32, 1), 64, ALBEDO * factor, 1e-4)
         })
         .collect()
+}
+
+fn near_zero(_: Effort) -> Vec<Check> {
+    let methods = [film(32, 32, 1), Settings { method: Method::Path, samples: 16, ..film(32, 32, 1) }];
+    let at = |up: f32, settings: &Settings| {
+        let camera = Vec3::new(0.0, up - 0.9, 0.3);
+        let below = Vec3::Y * (up - 1.0);
+        let mut build = Build::new(Illumination::ONE_BOUNCE, look(camera, below, 1e-4));
+        let floor = build.material("Floor", diffuse(ALBEDO as f32));
+        build.level(up - 1.0, 1.0, true, floor);
+        let lamp = build.glowing(0.0, 1.0);
+        build.level(up, 0.5, false, lamp);
+        // As of a lamp of side 1 above.
+        let root = 1.25_f64.sqrt();
+        let factor = 4.0 / root * (0.5 / root).atan() / (2.0 * std::f64::consts::PI);
+        let what = format!("{up} above zero, {}", settings.method.name());
+        mean_is(what, build.finish(), settings.clone(), 64, ALBEDO * factor, 1e-4)
+    };
+    [0.0, 1e-9, 1e-5, 1e-3, 0.02, 0.1, 1e3].iter().flat_map(|up| methods.iter().map(|s| at(*up, s))).collect()
 }
 
 fn touching(_: Effort) -> Vec<Check> {
@@ -111,7 +136,7 @@ fn powers(_: Effort) -> Vec<Check> {
             let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
             furnace(&mut build, Vec3::ZERO, power);
             let expected = f64::from(power) / (1.0 - ALBEDO);
-            let settings = crate::plan::Settings { indirect_radius: 16.0, ..film(16, 16, 10_000) };
+            let settings = Settings { indirect_radius: 16.0, ..film(16, 16, 10_000) };
             mean_is(format!("radiance {power:e}"), build.finish(), settings, 32, expected, 1e-3)
         })
         .collect()
@@ -121,7 +146,7 @@ fn faint(_: Effort) -> Vec<Check> {
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::ZERO, Vec3::X, 0.6));
     furnace(&mut build, Vec3::ZERO, 1e-12);
     furnace(&mut build, 4.0 * Vec3::X, 1e12);
-    let settings = crate::plan::Settings { indirect_radius: 128.0, ..film(128, 128, 160_000) };
+    let settings = Settings { indirect_radius: 128.0, ..film(128, 128, 160_000) };
     let expected = 1e-12_f32;
     vec![mean_is("the faint room", build.finish(), settings, 64, f64::from(expected) / (1.0 - ALBEDO), 1e-3)]
 }

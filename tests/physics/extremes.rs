@@ -38,6 +38,7 @@ each! {
     scaled: "scaled";
     far_away: "far-away";
     luminaire_size: "luminaire-size";
+    lamp_near_zero: "lamp-near-zero";
     point_light_touching: "point-light-touching";
     grazing: "grazing";
     powers: "powers";
