@@ -1,6 +1,6 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 
-use super::polygon::Facet;
+use super::polygon::{Facet, lies_before};
 use crate::light::Light;
 use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Segment;
@@ -79,7 +79,7 @@ impl Connections {
     /// them.
     pub(super) fn unhidden(&self, point: &SurfacePoint, wo: Vec3) -> Light {
         let front = point.normals.is_front(wo);
-        let shine = self.closed_form.iter().filter(|facet| facet.shines_on(point.position));
+        let shine = self.closed_form.iter().filter(|facet| facet.shines_on(point));
         let light = shine.map(|facet| {
             facet.projected_solid_angle(point.position, &point.normals, front) * facet.emission.radiance
         });
@@ -116,6 +116,10 @@ impl Connections {
 fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 2]) -> Option<Connection> {
     match *luminaire {
         Luminaire::Triangle { triangle, emission, area } => {
+            let [a, b, c] = scene.mesh.corners(triangle);
+            if !lies_before([a, b, c, c], point, 0.0, emission.two_sided) {
+                return None;
+            }
             let (target, density) = sample_triangle(scene, triangle, area, point.position, u)?;
             let segment = Segment::to_surface(&scene.mesh, point, &target)?;
             let wi = segment.direction();

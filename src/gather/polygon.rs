@@ -5,7 +5,7 @@
 //! *Analytic methods for simulated light transport*, eq. 4.14).
 
 use crate::optics::Normals;
-use crate::scene::{Emission, Luminaire, Scene};
+use crate::scene::{Emission, Luminaire, Scene, SurfacePoint};
 use glam::{DVec3, Vec3};
 
 /// Corners of a quadrilateral that two planes may have cut.
@@ -23,6 +23,8 @@ pub(super) struct Facet {
     count: usize,
     /// Unit normal of its front.
     front: Vec3,
+    /// No corner lies farther from the plane of the first three, m.
+    uneven: f64,
     /// What it radiates.
     pub emission: Emission,
 }
@@ -37,8 +39,13 @@ impl Facet {
                 continue;
             };
             let [a, b, c] = scene.mesh.corners(triangle);
-            let facet =
-                Self { corners: [a, b, c, c], count: 3, front: scene.mesh.normal(triangle), emission };
+            let facet = Self {
+                corners: [a, b, c, c],
+                count: 3,
+                front: scene.mesh.normal(triangle),
+                uneven: 0.0,
+                emission,
+            };
             match facets.iter_mut().find_map(|other| other.joined(&facet).map(|whole| (other, whole))) {
                 Some((half, whole)) => *half = whole,
                 None => facets.push(facet),
@@ -67,7 +74,9 @@ impl Facet {
             let ([p, q], [_, r]) = (quad.edge(k), quad.edge((k + 1) % 4));
             (q - p).cross(r - q).dot(self.front) > 0.0
         });
-        (flat && convex).then_some(quad)
+        let uneven =
+            quad.corners.iter().map(|corner| height(self.corners, *corner).abs()).fold(0.0, f64::max);
+        (flat && convex).then_some(Self { uneven, ..quad })
     }
 
     /// From corner `i` to the next.
@@ -75,9 +84,9 @@ impl Facet {
         [self.corners[i], self.corners[(i + 1) % self.count]]
     }
 
-    /// True when its light reaches `eye`.
-    pub fn shines_on(&self, eye: Vec3) -> bool {
-        self.emission.two_sided || self.front.dot(eye - self.corners[0]) > 0.0
+    /// True when its light reaches `point`.
+    pub fn shines_on(&self, point: &SurfacePoint) -> bool {
+        lies_before(self.corners, point, self.uneven, self.emission.two_sided)
     }
 
     /// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the facet on the side of `up`: what its
@@ -95,6 +104,21 @@ impl Facet {
         }
         (0.5 * polygon.edges(|a, b| vector_angle(a, b).dot(shading)).abs()) as f32
     }
+}
+
+/// How high `place` lies above the front of the plane through the first three corners, m.
+fn height([a, b, c, _]: [Vec3; 4], place: Vec3) -> f64 {
+    let [a, b, c, place] = [a, b, c, place].map(|corner| corner.as_dvec3());
+    (b - a).cross(c - a).normalize().dot(place - a)
+}
+
+/// True where a luminaire with these corners (of a triangle: one of them twice) can light `point`: that it lies before the plane, and
+/// not only by the rounding of its own place. A lamp would light itself, seen from within its plane as half of all there is.
+pub(super) fn lies_before(corners: [Vec3; 4], point: &SurfacePoint, uneven: f64, two_sided: bool) -> bool {
+    let height = height(corners, point.position);
+    let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    let unsure = uneven + f64::from(point.error.dot(across.abs()));
+    if two_sided { height.abs() > unsure } else { height > unsure }
 }
 
 /// The angle between two vectors, rad, along the unit normal of their plane. Zero where they are parallel.
@@ -156,7 +180,13 @@ mod tests {
 
     fn triangle([a, b, c]: [Vec3; 3]) -> Facet {
         let emission = Emission { radiance: Light::ZERO, two_sided: false };
-        Facet { corners: [a, b, c, c], count: 3, front: (b - a).cross(c - a).normalize(), emission }
+        Facet {
+            corners: [a, b, c, c],
+            count: 3,
+            front: (b - a).cross(c - a).normalize(),
+            uneven: 0.0,
+            emission,
+        }
     }
 
     fn seen(corners: [Vec3; 3], normals: &Normals, front: bool) -> f32 {

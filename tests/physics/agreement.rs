@@ -77,8 +77,7 @@ fn shot(scene: &Scene, direct: Direct) -> Estimate {
 
 fn traced(scene: &Scene, method: Method) -> Estimate {
     let settings = Settings { method, samples: 32, ..settings(3) };
-    let passes = if method == Method::PathPlain { PASSES / 3 } else { PASSES };
-    Estimate::from_film(&film(scene, settings, passes)).expect("several passes")
+    Estimate::from_film(&film(scene, settings, PASSES)).expect("several passes")
 }
 
 /// Pixels on each side of a block.

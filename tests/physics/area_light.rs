@@ -113,7 +113,7 @@ fn no_pixel_behind_a_fence_is_below_zero() {
     // Half shadows everywhere, of bars as thin as a pixel.
     let mut build = Build(scene(Illumination::ONE_BOUNCE, false));
     build.0.luminaires.clear();
-    build.0.camera = look(Vec3::new(0.0, 40.0, 0.0), Vec3::ZERO);
+    build.0.camera = look(Vec3::new(40.0, 20.0, 0.0), Vec3::ZERO);
     let bar = build.material("Bar", diffuse(0.5));
     for i in 0..16_u8 {
         let x = -1.5 + 0.2 * f32::from(i);
@@ -126,8 +126,8 @@ fn no_pixel_behind_a_fence_is_below_zero() {
     }
     let picture = render.film().mean(Layer::Visible);
     assert!(picture.iter().all(|pixel| pixel.min_element() >= 0.0));
-    let lit = picture.iter().filter(|pixel| pixel.x > 0.3 * expected() as f32).count();
-    assert!(lit > picture.len() / 2, "{lit}");
+    let lit = picture.iter().filter(|pixel| pixel.x > 0.1 * expected() as f32).count();
+    assert!(lit > picture.len() / 4, "{lit}");
 }
 
 #[test]

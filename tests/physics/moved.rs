@@ -126,6 +126,22 @@ fn a_lamp_lights_wherever_zero_is() {
 }
 
 #[test]
+fn a_lamp_does_not_light_itself_however_it_is_turned() {
+    // All that is seen is the lamp, which reflects: in its own plane no light arrives.
+    let mut build = Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(0.3, -3.0, 0.2), Vec3::ZERO));
+    let lamp = build.material("Lamp", diffuse(0.9));
+    build.0.materials[lamp as usize].emission = glow(1.0);
+    build.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, lamp);
+    let scene = build.finish();
+    for number in 0..24 {
+        let here = somewhere(&scene, number);
+        for settings in methods().into_iter().take(3) {
+            measure(here.clone(), settings, 4).must_be(1.0, 1e-5);
+        }
+    }
+}
+
+#[test]
 fn a_lamp_in_the_plane_of_a_ceiling_lights() {
     // Of surfaces that coincide the first is met; loaders put lamps first.
     let scene = lamp_and(|build, white| {

@@ -7,7 +7,7 @@ use halflight::plan::{Method, Settings};
 use halflight::render::Render;
 use halflight::scene::{Illumination, Scene};
 
-const SIDE: u32 = 24;
+const SIDE: u32 = 40;
 const PASSES: u32 = 48;
 
 fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
