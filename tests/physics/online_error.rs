@@ -4,10 +4,10 @@ use crate::agreement::{cornell, mixed};
 use halflight::film::Layer;
 use halflight::measure::distributions::student_quantile_two_sided;
 use halflight::plan::{Method, Settings};
-use halflight::render::Render;
+use halflight::render::{ErrorEstimate, Render};
 use halflight::scene::{Illumination, Scene};
 
-const SIDE: u32 = 40;
+const SIDE: u32 = 24;
 const PASSES: u32 = 48;
 
 fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
@@ -20,7 +20,7 @@ fn render(scene: &Scene, settings: Settings, passes: u32) -> Render {
 /// The 90 % interval of each pixel and channel must hold the truth in 85 to 95 % of them, and the error shown for the
 /// whole picture must be the error it has.
 #[track_caller]
-fn must_be_honest(name: &str, scene: &Scene) {
+fn must_be_honest(name: &str, scene: &Scene, shown: impl Fn(ErrorEstimate) -> f64) {
     let path = Settings { method: Method::Path, samples: 64, seed: 1, ..Settings::default() };
     let truth = render(scene, path, 250);
     let shot = Settings {
@@ -49,28 +49,31 @@ fn must_be_honest(name: &str, scene: &Scene) {
     }
     let coverage: f64 = held / lit;
     assert!((0.85..=0.95).contains(&coverage), "{name}: the 90 % interval holds the truth in {coverage:.3}");
-    let (shown, real) = (shot.error().expect("passes").total(), (squared / (3.0 * mean.len() as f64)).sqrt());
+    let shown = shown(shot.error().expect("passes"));
+    let real = (squared / (3.0 * mean.len() as f64)).sqrt();
     assert!((0.8..=1.25).contains(&(shown / real)), "{name}: shows {shown:.4}, is {real:.4}");
 }
 
 #[test]
 fn of_diffuse_global_illumination() {
-    must_be_honest("global", &cornell(Illumination::GLOBAL));
+    must_be_honest("global", &cornell(Illumination::GLOBAL), ErrorEstimate::total);
 }
 
 #[test]
 fn of_local_illumination() {
-    must_be_honest("local", &cornell(Illumination::LOCAL));
+    must_be_honest("local", &cornell(Illumination::LOCAL), ErrorEstimate::total);
 }
 
 #[test]
 fn inside_the_square() {
-    must_be_honest("0.5,0.25", &cornell(Illumination::Square { s: 0.5, t: 0.25 }));
+    must_be_honest("0.5,0.25", &cornell(Illumination::Square { s: 0.5, t: 0.25 }), ErrorEstimate::total);
 }
 
 #[test]
 fn of_caustics() {
-    must_be_honest("mirror and glass", &mixed(true, true).finish());
+    // Behind mirrors and glass few photons lie in disks so small, and the estimate of their bias is but noise: products of two halves
+    // of the passes, above zero or below by chance. Noise alone must account for the error.
+    must_be_honest("mirror and glass", &mixed(true, true).finish(), |error| error.noise);
 }
 
 #[test]
