@@ -108,7 +108,7 @@ impl Facet {
 
 /// How high `place` lies above the front of the plane through the first three corners, m.
 fn height([a, b, c, _]: [Vec3; 4], place: Vec3) -> f64 {
-    let [a, b, c, place] = [a, b, c, place].map(|corner| corner.as_dvec3());
+    let [a, b, c, place] = [a, b, c, place].map(Vec3::as_dvec3);
     (b - a).cross(c - a).normalize().dot(place - a)
 }
 
