@@ -52,7 +52,7 @@ pub fn somewhere(scene: &Scene, number: u64) -> Scene {
     let middle = 0.5 * (min + max).as_dvec3();
     let centre = match rng.u32() % 3 {
         _ if lamps.is_empty() => middle,
-        0 => middle + (max - min).as_dvec3() * (rng.f32() as f64),
+        0 => middle + (max - min).as_dvec3() * f64::from(rng.f32()),
         _ => lamps[rng.u32() as usize % lamps.len()].as_dvec3(),
     };
     let [x, y, z] = [(); 3].map(|()| f64::from(rng.f32()) - 0.5);
