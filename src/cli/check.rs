@@ -17,6 +17,14 @@ pub struct CheckArgs {
     #[arg(value_name = "SCENE")]
     scene: Option<PathBuf>,
 
+    /// Which scene of a file that has several, as for render.
+    #[arg(id = "scene-of-file", long = "scene", value_name = "NAME|N", requires = "scene")]
+    scene_of_file: Option<String>,
+
+    /// Which camera sees the scene, as for render.
+    #[arg(long, value_name = "NAME|N", requires = "scene")]
+    camera: Option<String>,
+
     /// Illumination over the whole scene, as for render.
     #[arg(long, value_name = "NAME|S,T", requires = "scene")]
     illumination: Option<String>,
@@ -55,10 +63,14 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
     let begin = Instant::now();
     let outcomes = match &args.scene {
         Some(scene) => {
-            let (illumination, set) = (args.illumination.clone(), args.set.clone());
-            let (scene_of_file, camera, max_triangles) = (None, None, args.max_triangles);
-            let scene = scene.clone();
-            let scene_args = SceneArgs { scene, scene_of_file, camera, illumination, set, max_triangles };
+            let scene_args = SceneArgs {
+                scene: scene.clone(),
+                scene_of_file: args.scene_of_file.clone(),
+                camera: args.camera.clone(),
+                illumination: args.illumination.clone(),
+                set: args.set.clone(),
+                max_triangles: args.max_triangles,
+            };
             let loaded = scene_args.load_with_files()?;
             args.html.iter().chain(&args.csv).try_for_each(|path| refuse_input(path, &loaded.files))?;
             check_scene(&loaded.scene, |outcome| tell(&args, || text(outcome)))?

@@ -1,6 +1,6 @@
 //! The table of `halflight check` as one page: a section for each case, with the columns explained.
 
-use crate::report::escape;
+use crate::report::{escape, fill};
 use crate::stability::LARGEST_Z;
 
 /// One row of the table: the fields of [`super::check::COLUMNS`].
@@ -9,12 +9,14 @@ type Row = [String; 9];
 /// The whole page; rows of one case follow each other.
 pub fn page(rows: &[Row]) -> String {
     let cases: Vec<&[Row]> = rows.chunk_by(|a, b| a[0] == b[0]).collect();
-    include_str!("check_page.html")
-        .replace("{{style}}", include_str!("check.css"))
-        .replace("{{largest_z}}", &LARGEST_Z.to_string())
-        .replace("{{verdict}}", &verdict(&cases))
-        .replace("{{links}}", &cases.iter().map(|case| link(case)).collect::<String>())
-        .replace("{{sections}}", &cases.iter().map(|case| section(case)).collect::<String>())
+    let values = [
+        ("style", include_str!("check.css")),
+        ("largest_z", &LARGEST_Z.to_string()),
+        ("verdict", &verdict(&cases)),
+        ("links", &cases.iter().map(|case| link(case)).collect::<String>()),
+        ("sections", &cases.iter().map(|case| section(case)).collect::<String>()),
+    ];
+    fill(include_str!("check_page.html"), &values)
 }
 
 fn failed(row: &Row) -> bool {

@@ -1,6 +1,6 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 
-use super::polygon::{Facet, lies_before};
+use super::polygon::{Facet, Plane};
 use crate::light::Light;
 use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Segment;
@@ -116,8 +116,7 @@ impl Connections {
 fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 2]) -> Option<Connection> {
     match *luminaire {
         Luminaire::Triangle { triangle, emission, area } => {
-            let [a, b, c] = scene.mesh.corners(triangle);
-            if !lies_before([a, b, c, c], point, 0.0, emission.two_sided) {
+            if !Plane::through(scene.mesh.corners(triangle)).lights(point, emission.two_sided) {
                 return None;
             }
             let (target, density) = sample_triangle(scene, triangle, area, point.position, u)?;

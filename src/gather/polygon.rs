@@ -23,8 +23,7 @@ pub(super) struct Facet {
     count: usize,
     /// Unit normal of its front.
     front: Vec3,
-    /// No corner lies farther from the plane of the first three, m.
-    uneven: f64,
+    plane: Plane,
     /// What it radiates.
     pub emission: Emission,
 }
@@ -43,7 +42,7 @@ impl Facet {
                 corners: [a, b, c, c],
                 count: 3,
                 front: scene.mesh.normal(triangle),
-                uneven: 0.0,
+                plane: Plane::through([a, b, c]),
                 emission,
             };
             match facets.iter_mut().find_map(|other| other.joined(&facet).map(|whole| (other, whole))) {
@@ -67,16 +66,16 @@ impl Facet {
         })?;
         let [a, b] = self.edge(i);
         let (own, far) = (self.corners[(i + 2) % 3], other.corners[(j + 2) % 3]);
-        let quad = Self { corners: [a, far, b, own], count: 4, ..self.clone() };
+        let mut quad = Self { corners: [a, far, b, own], count: 4, ..self.clone() };
         let longest = quad.corners.iter().map(|corner| corner.distance(own)).fold(0.0, f32::max);
         let flat = (far - a).dot(self.front).abs() <= FLAT * longest;
         let convex = (0..4).all(|k| {
             let ([p, q], [_, r]) = (quad.edge(k), quad.edge((k + 1) % 4));
             (q - p).cross(r - q).dot(self.front) > 0.0
         });
-        let uneven =
-            quad.corners.iter().map(|corner| height(self.corners, *corner).abs()).fold(0.0, f64::max);
-        (flat && convex).then_some(Self { uneven, ..quad })
+        quad.plane = Plane::through([a, far, b]);
+        quad.plane.uneven = quad.plane.height(own).abs();
+        (flat && convex).then_some(quad)
     }
 
     /// From corner `i` to the next.
@@ -86,7 +85,7 @@ impl Facet {
 
     /// True when its light reaches `point`.
     pub fn shines_on(&self, point: &SurfacePoint) -> bool {
-        lies_before(self.corners, point, self.uneven, self.emission.two_sided)
+        self.plane.lights(point, self.emission.two_sided)
     }
 
     /// ∫ |w·ns| dw over the directions w (unit vectors, sr) from `eye` that meet the facet on the side of `up`: what its
@@ -106,19 +105,38 @@ impl Facet {
     }
 }
 
-/// How high `place` lies above the front of the plane through the first three corners, m.
-fn height([a, b, c, _]: [Vec3; 4], place: Vec3) -> f64 {
-    let [a, b, c, place] = [a, b, c, place].map(Vec3::as_dvec3);
-    (b - a).cross(c - a).normalize().dot(place - a)
+/// The plane of a flat luminaire.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    place: DVec3,
+    /// Unit, of the front.
+    normal: DVec3,
+    /// Of the normal, without signs: what an error box reaches along it.
+    across: Vec3,
+    /// No corner of what lies in it is farther from it, m.
+    uneven: f64,
 }
 
-/// True where a luminaire with these corners (of a triangle: one of them twice) can light `point`: that it lies before the plane, and
-/// not only by the rounding of its own place. A lamp would light itself, seen from within its plane as half of all there is.
-pub(super) fn lies_before(corners: [Vec3; 4], point: &SurfacePoint, uneven: f64, two_sided: bool) -> bool {
-    let height = height(corners, point.position);
-    let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-    let unsure = uneven + f64::from(point.error.dot(across.abs()));
-    if two_sided { height.abs() > unsure } else { height > unsure }
+impl Plane {
+    /// Through a triangle, counter-clockwise as its front sees it.
+    pub fn through(corners: [Vec3; 3]) -> Self {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let normal = (b - a).cross(c - a).normalize();
+        Self { place: a, normal, across: normal.abs().as_vec3(), uneven: 0.0 }
+    }
+
+    /// How high `place` lies above the front, m.
+    fn height(&self, place: Vec3) -> f64 {
+        self.normal.dot(place.as_dvec3() - self.place)
+    }
+
+    /// True where a luminaire in it can light `point`: that it lies before the plane, and not only by the rounding of its own
+    /// place. A lamp would light itself, seen from within its plane as half of all there is.
+    pub fn lights(&self, point: &SurfacePoint, two_sided: bool) -> bool {
+        let height = self.height(point.position);
+        let unsure = self.uneven + f64::from(point.error.dot(self.across));
+        if two_sided { height.abs() > unsure } else { height > unsure }
+    }
 }
 
 /// The angle between two vectors, rad, along the unit normal of their plane. Zero where they are parallel.
@@ -184,7 +202,7 @@ mod tests {
             corners: [a, b, c, c],
             count: 3,
             front: (b - a).cross(c - a).normalize(),
-            uneven: 0.0,
+            plane: Plane::through([a, b, c]),
             emission,
         }
     }

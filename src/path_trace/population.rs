@@ -1,5 +1,6 @@
 use super::numbers::Numbers;
 use super::walk::Line;
+use crate::sampling::endurance;
 
 /// A branch that reads this share of what the pixel reads is kept for certain; smaller ones are rouletted up to it.
 /// A quarter lets two or three reflections by before chance sets in: most of a picture's light.
@@ -13,7 +14,7 @@ const MANY: u32 = 1024;
 const TOO_MANY: u32 = 16_384;
 
 /// Reflections after which a walk may end although its weight has not fallen.
-const LONG: u32 = 64;
+pub(super) const LONG: u32 = 64;
 
 /// The unit of all that comes by a surface that the camera looks at and that reads `total` of what had the unit `before`: it is
 /// followed however dark it is.
@@ -49,7 +50,7 @@ impl Population {
         if self.born < TOO_MANY || lines.is_empty() {
             return;
         }
-        let endurance = endurance(LONG + self.born - TOO_MANY);
+        let endurance = endurance(LONG + self.born - TOO_MANY, LONG);
         if numbers.one() >= endurance {
             lines.clear();
             return;
@@ -66,12 +67,4 @@ impl Population {
         lines.clear();
         lines.push(line);
     }
-}
-
-/// Probability with which a walk goes on after `reflections`, whatever it reads: ((n−1)/n)² from n = [`LONG`] on.
-///
-/// The chance to get as far as n falls as n⁻²: the mean length stays below 2 × [`LONG`] even between lossless walls,
-/// and Σ n² k²ⁿ, which bounds the variance, is finite for every k < 1 (a constant probability would spoil k near 1).
-pub(super) fn endurance(reflections: u32) -> f32 {
-    if reflections < LONG { 1.0 } else { (1.0 - 1.0 / reflections as f32).powi(2) }
 }

@@ -1,10 +1,11 @@
 use super::luminaires::Luminaires;
 use super::numbers::Numbers;
-use super::population::{Population, endurance, unit_at_first};
+use super::population::{LONG, Population, unit_at_first};
 use super::reads::Reads;
 use crate::light::Light;
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
 use crate::rays::{Hit, Ray, Rays};
+use crate::sampling::endurance;
 use crate::scene::{Scene, SurfacePoint};
 use glam::Vec3;
 use std::ops::AddAssign;
@@ -209,7 +210,7 @@ impl<'a> Walk<'a> {
         let reads = encounter.reads.scaled(1.0 / survival);
         self.connect(encounter, reads, shares, reading, numbers);
 
-        let endurance = endurance(line.reflections);
+        let endurance = endurance(line.reflections, LONG);
         if endurance < 1.0 && numbers.one() >= endurance {
             return None;
         }

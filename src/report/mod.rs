@@ -16,6 +16,7 @@ pub use page::page;
 pub use square::{SquarePage, square_page};
 pub(crate) use svg::escape;
 pub use svg::svg;
+pub(crate) use template::fill;
 
 /// The whole comparison as JSON: every run, and every number that the page shows.
 pub fn json(comparison: &Comparison) -> String {

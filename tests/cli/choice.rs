@@ -44,7 +44,7 @@ fn the_film_has_the_shape_of_the_cameras_picture_unless_told() {
 fn scenes_and_cameras_that_are_not_there_are_refused_by_every_command() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("two.gltf"), TWO).expect("written");
-    for command in ["render", "plan"] {
+    for command in ["render", "plan", "check"] {
         for (choice, word) in [
             ("--scene 7", "`Room`"),
             ("--camera Nobody", "--camera"),
