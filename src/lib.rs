@@ -76,16 +76,21 @@
 
 pub mod atlas;
 pub mod cli;
+pub mod compare;
+pub mod connect;
+pub mod emission;
 pub mod error;
+pub mod existence;
 pub mod film;
-pub mod forecast;
 pub mod gather;
 pub mod light;
 mod machine;
 pub mod measure;
 pub mod memory;
 pub mod optics;
+mod pass;
 pub mod path_trace;
+pub mod photon;
 pub mod photon_map;
 pub mod pilot;
 pub mod plan;

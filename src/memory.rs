@@ -5,8 +5,8 @@ use crate::film::{Film, Layer};
 use crate::gather::Pixel;
 use crate::light::{Invisible, Light};
 pub use crate::machine::MemoryLimit;
-use crate::plan::{Plan, Settings};
-use crate::shoot::Photon;
+use crate::photon::Photon;
+use crate::plan::{Frame, Plan, Settings};
 use glam::Vec3;
 
 /// Bytes that a render holds, good to a third.
@@ -35,9 +35,9 @@ const PER_TRIANGLE: usize = 400;
 
 impl Memory {
     /// Of a planned render without an atlas.
-    pub fn of(plan: &Plan, layers: &[Layer]) -> Self {
+    pub fn of(plan: &Plan, frame: &Frame, layers: &[Layer]) -> Self {
         let (stored, both) =
-            plan.photons.as_ref().map_or((0.0, false), |photons| (photons.stored(), photons.both_halves));
+            frame.photons.as_ref().map_or((0.0, false), |photons| (photons.stored(), photons.both_halves));
         let photon = if both { size_of::<Photon<Light>>() } else { size_of::<Photon<Invisible>>() };
         // Twice while they are put in order, with a sort key, a position and a place in the tree.
         let photons = stored * (2 * photon + 16 + 12 + 16) as f64;

@@ -1,4 +1,5 @@
-//! A short look before a render, where who should serve a class of paths is a matter of cost and not of logic.
+//! A short look before a render: how many photons a path leaves, where caustics begin, and where who should serve a class of paths
+//! is a matter of cost and not of logic.
 //!
 //! Only direct light leaves a choice. Caustics are found by photons alone; inter-reflection is read from the map that is
 //! there for its photons anyway. A connection chooses one of many luminaires blindly, by power, and most of them may
@@ -6,13 +7,22 @@
 //!
 //! Nothing here looks at a clock: equal scenes, settings and seeds make equal choices on every machine.
 
-use crate::gather::{ALPHA, Connections, Maps, gather};
+use crate::gather::ALPHA;
 use crate::light::Light;
-use crate::plan::{Direct, PhotonClasses, PhotonPlan, Plan, Settings};
-use crate::shoot::{Photons, shoot};
+use crate::pass::look;
+use crate::photon::Photons;
+use crate::plan::{DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, PerPath, PhotonClasses, PhotonPlan, Plan};
+use crate::shoot::{learn_guide, shoot};
 use glam::DVec3;
 use std::f64::consts::PI;
 
+/// Lines of one pass at the most, where the plan chooses: half a minute of a processor.
+const MAX_LINES: f64 = 3.2e7;
+/// Paths of the pilot that counts deposits per path: the most, fewer where paths are long, so many at least where they are
+/// not of the longest.
+const PILOT_PATHS: [f64; 2] = [16.0, 8_192.0];
+/// Reflections of the pilot, about; and where those of the fewest paths would be more than this, it has fewer.
+const PILOT_REFLECTIONS: [f64; 2] = [1.0e5, 4.0e5];
 /// With fewer luminaires to choose from connections are taken unseen: a bad choice costs little.
 const FEW: usize = 16;
 /// Pixels of the pilot's film.
@@ -51,78 +61,122 @@ impl Quality {
     }
 }
 
-/// Lets photons serve direct light where they are shot anyway, there are many luminaires, and they promise less error
-/// at equal work. `plan` has connections; it says afterwards who serves and why.
-pub fn choose_direct(plan: &mut Plan, connections: &Connections) {
-    let Some(photons) = plan.photons.clone() else { return };
-    let among = connections.chosen_among();
-    if among <= FEW || plan.existence.is_refuted() || plan.settings.direct == Direct::Photons {
-        return;
+/// How passes of `plan` are best rendered: the number of photons, where paths start, and who serves direct light where that was left
+/// to us.
+pub fn learn(plan: &Plan) -> Frame {
+    let frame = learn_photons(plan);
+    if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame }
+}
+
+/// The same, but that direct light is served as logic has it.
+pub fn learn_photons(plan: &Plan) -> Frame {
+    let frame = Frame::asked(plan);
+    // Where there is no image a pilot would not end.
+    if plan.is_endless() { frame } else { counted(plan, frame) }
+}
+
+/// Learns where paths of the frame should start, counts the deposits of a few, and from them sets the paths per pass and the share of
+/// deposits kept.
+pub(crate) fn counted(plan: &Plan, mut frame: Frame) -> Frame {
+    let guide = learn_guide(plan, &frame);
+    let Some(photons) = frame.photons.take() else { return frame };
+    let mut photons = PhotonPlan { guide, ..photons };
+    let wanted = plan.settings.paths.unwrap_or(DEFAULT_PATHS);
+    let length = plan.existence.length();
+    let [fewest, most] = PILOT_PATHS;
+    let [short, long] = PILOT_REFLECTIONS.map(|reflections| reflections / length);
+    let pilot = short.clamp(fewest.min(long.max(1.0)), most) as u32;
+    // Counted, not kept.
+    let pilot = PhotonPlan { paths: wanted.min(pilot), keep: 0.0, ..photons.clone() };
+    let paths = f64::from(pilot.paths);
+    let ledger = shot_alone(plan, &frame, pilot).ledger;
+    let each = |count: u64| count as f64 / paths;
+    photons.per_path = PerPath { lines: each(ledger.lines), deposits: each(ledger.deposits) };
+    let affordable = MAX_DEPOSITS / photons.per_path.deposits.max(1e-9);
+    photons.paths = wanted;
+    match plan.settings.paths {
+        // The user's number of paths stands; some of their deposits are thinned.
+        Some(_) if f64::from(wanted) > affordable => {
+            photons.keep = (affordable / f64::from(wanted)) as f32;
+        }
+        Some(_) => {}
+        None => {
+            let affordable = affordable.min(MAX_LINES / photons.per_path.lines.max(1.0));
+            photons.paths = wanted.min(affordable as u32).max(1);
+        }
     }
-    let asked = plan.settings.clone();
-    let others = shot_alone(plan, &photons, photons.classes);
+    frame.photons = Some(photons);
+    frame
+}
+
+/// Photons of a pilot: those of `photons`.
+fn shot_alone(plan: &Plan, frame: &Frame, photons: PhotonPlan) -> Photons<Light> {
+    shoot(plan, &Frame { photons: Some(photons), ..frame.clone() }, u32::MAX)
+}
+
+/// Lets photons serve direct light where they are shot anyway, there are many luminaires, and they promise less error
+/// at equal work. `frame` has connections; it says afterwards who serves and why.
+fn choose_direct(plan: &Plan, frame: Frame) -> Frame {
+    let Some(photons) = frame.photons.clone() else { return frame };
+    let among = plan.connections.chosen_among();
+    if among <= FEW || plan.existence.is_refuted() || frame.direct == Direct::Photons {
+        return frame;
+    }
+    let few = |photons: &PhotonPlan| PhotonPlan { paths: photons.paths.min(PATHS), ..photons.clone() };
+    let others = shot_alone(plan, &frame, few(&photons));
     let direct = PhotonPlan {
         classes: PhotonClasses { direct: true, caustic: false, indirect: false },
-        paths: photons.paths.min(PATHS),
         max_reflections: 0,
-        ..photons.clone()
+        ..few(&photons)
     };
-    let direct_photons = shot_alone(plan, &direct, direct.classes);
-    shrink_film(plan);
-    let connected = passes(plan, connections, None);
-    plan.settings.direct = Direct::Photons;
-    let shot = passes(plan, connections, Some(&direct));
-    plan.settings = asked;
+    let direct_photons = shot_alone(plan, &frame, direct.clone());
+    let small = shrunk(&frame);
+    let connected = passes(plan, &Frame { photons: None, ..small.clone() });
+    let share = f64::from(direct.paths) / f64::from(photons.paths);
+    let shot = passes(plan, &Frame { photons: Some(direct), direct: Direct::Photons, ..small.clone() });
     let brightness = mean_square(&connected.mean).max(mean_square(&shot.mean));
     if brightness == 0.0 {
-        return;
+        return frame;
     }
 
     // Variance of photon counts falls with their number; the pilot shot fewer.
-    let share = f64::from(direct.paths) / f64::from(photons.paths);
     let by_connection = Quality { variance: connected.variance / brightness, bias_squared: 0.0, rate: 1.0 };
     let by_photons = Quality {
         variance: share * shot.variance / brightness,
         bias_squared: shot.bias_squared / brightness,
         rate: ALPHA,
     };
-    let Settings { width, height, indirect_radius, .. } = plan.settings;
-    let pixels = f64::from(width) * f64::from(height);
-    let disk = PI * f64::from(indirect_radius).powi(2);
-    let stored =
-        |photons: &Photons<Light>| photons.by_class.iter().map(Vec::len).sum::<usize>() as f64 / share;
+    let pixels = frame.pixels() as f64;
+    let disk = PI * f64::from(frame.indirect_radius).powi(2);
     // A query meets as many photons as if they lay evenly over what the film shows.
-    let kept = |photons: &Photons<Light>| (work::STORED + work::MET * disk) * stored(photons);
+    let kept = |photons: &Photons<Light>| {
+        (work::STORED + work::MET * disk) * (photons.count() as f64 / share)
+    };
     let common = others.ledger.lines as f64 / share + pixels + kept(&others);
     let work = [common + work::CONNECTION * pixels, common + kept(&direct_photons)];
     let (c, p) = (by_connection.after(HORIZON), by_photons.after(HORIZON * work[0] / work[1]));
     let percent = |squared: f64| 100.0 * squared.sqrt();
-    plan.direct_because = format!(
+    let direct_because = format!(
         "of {among} luminaires; a pilot promises an error of {:.2} % by connections, {:.2} % by photons at equal work",
         percent(c),
         percent(p)
     );
-    if MARGIN * p < c {
-        plan.settings.direct = Direct::Photons;
-        let classes = PhotonClasses { direct: true, ..photons.classes };
-        plan.photons = Some(plan.with_pilot(PhotonPlan { classes, ..photons }));
+    let frame = Frame { direct_because, ..frame };
+    if MARGIN * p >= c {
+        return frame;
     }
+    let classes = PhotonClasses { direct: true, ..photons.classes };
+    counted(plan, Frame { direct: Direct::Photons, photons: Some(PhotonPlan { classes, ..photons }), ..frame })
 }
 
 /// A film of about [`PIXELS`], whose gather radii are those of the whole film in metres.
-fn shrink_film(plan: &mut Plan) {
-    let Settings { width, height, .. } = plan.settings;
+fn shrunk(frame: &Frame) -> Frame {
+    let Frame { width, height, .. } = *frame;
     let shrink = (PIXELS / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
     let side = |side: u32| ((shrink * f64::from(side)).round() as u32).max(1);
-    plan.settings.width = side(width);
-    plan.settings.height = side(height);
-    plan.settings.indirect_radius *= (f64::from(plan.settings.height) / f64::from(height)) as f32;
-}
-
-/// A few of the photons of a plan.
-fn shot_alone(plan: &Plan, photons: &PhotonPlan, classes: PhotonClasses) -> Photons<Light> {
-    let few = PhotonPlan { paths: photons.paths.min(PATHS), classes, ..photons.clone() };
-    shoot::<Light>(plan, &few, u32::MAX)
+    let by = (f64::from(side(height)) / f64::from(height)) as f32;
+    let indirect_radius = by * frame.indirect_radius;
+    Frame { width: side(width), height: side(height), indirect_radius, ..frame.clone() }
 }
 
 /// What a few passes say about direct light, sums of RGB averaged over pixels.
@@ -132,15 +186,13 @@ struct Pilot {
     bias_squared: f64,
 }
 
-fn passes(plan: &Plan, connections: &Connections, photons: Option<&PhotonPlan>) -> Pilot {
-    let pixels = plan.settings.width as usize * plan.settings.height as usize;
+fn passes(plan: &Plan, frame: &Frame) -> Pilot {
+    let pixels = frame.pixels();
     let zeros = || vec![DVec3::ZERO; pixels];
     let (mut sum, mut squares, mut bias) = (zeros(), zeros(), zeros());
     for pass in u32::MAX - PASSES..u32::MAX {
-        let shot =
-            photons.map_or_else(crate::render::no_photons, |photons| shoot::<Light>(plan, photons, pass));
-        let maps = Maps::build(shot, plan, 0);
-        for (i, pixel) in gather::<Light, 1>(plan, connections, &maps, pass).pixels.iter().enumerate() {
+        // Photons of a pilot have the radii of the first pass.
+        for (i, pixel) in look::<Light, 1>(plan, frame, pass, 0).0.pixels.iter().enumerate() {
             let direct = pixel.parts[0].direct.as_dvec3();
             sum[i] += direct;
             squares[i] += direct * direct;

@@ -112,7 +112,7 @@ impl AtGrid {
 mod tests {
     use super::super::frontier::Sample;
     use super::*;
-    use crate::gather::ABREAST;
+    use crate::atlas::places::ABREAST;
     use crate::sampling::{Rng, Stream};
     use fearless_simd::{Level, dispatch};
 

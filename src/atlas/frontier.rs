@@ -5,7 +5,7 @@
 //! an image is a concave function of ln t, so straight lines between samples in (ln t, ln κ) lie above κ: what is
 //! said to have an image has one.
 
-use crate::measure::{Existence, Multiplication};
+use crate::existence::{Existence, Multiplication};
 use crate::rays::Rays;
 use crate::scene::Scene;
 

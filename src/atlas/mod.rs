@@ -25,16 +25,20 @@
 //! Only matrices that follow the scene's point count: a material with an illumination or matrices of its own stays
 //! what it is in every picture. [`Nodes`] says which powers are stored and how the rest is shared out among them.
 
+mod by_order;
 mod errors;
 mod file;
 mod frontier;
 mod nodes;
+mod places;
 mod run;
 mod sums;
+mod tally;
 
 pub use errors::{GRID, POINTS};
 pub use frontier::{Frontier, REACH, Sample};
 pub use nodes::Nodes;
+pub use places::MostOrders;
 pub use run::{AtlasRun, check, forecast, plan};
 pub use sums::AtlasSums;
 

@@ -10,7 +10,7 @@
 //! of sⁿ at s counts by what tᵐ can be at most of such a picture, and an error of tᵐ at t by what sⁿ can be.
 
 use super::frontier::Frontier;
-use crate::gather::ABREAST;
+use super::places::ABREAST;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x4, f32x8};
 use glam::Vec4;

@@ -2,14 +2,15 @@
 
 use super::Atlas;
 use super::frontier::Frontier;
+use super::places::MostOrders;
 use super::sums::AtlasSums;
 use crate::error::{Error, Result};
 use crate::film::{Header, Layer, WrittenLayer};
-use crate::gather::{Connections, Gathered, Maps, MostOrders};
+use crate::gather::{Gathered, Maps};
 use crate::light::{Invisible, Matrix};
 use crate::memory::Memory;
-use crate::plan::{Method, Omittable, PhotonPlan, Plan, Settings};
-use crate::render::no_photons;
+use crate::pilot::{counted, learn_photons};
+use crate::plan::{Frame, Method, Omittable, PhotonPlan, Plan, Settings};
 use crate::scene::Scene;
 use crate::shoot::shoot;
 use std::ops::Range;
@@ -79,16 +80,16 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
 }
 
 impl AtlasRun {
-    /// Completes `plan`, made for a scene at (1, 1): measures where images exist, and decides how far to count. The
-    /// film is read at the point `at`.
+    /// For `plan`, made for a scene at (1, 1): measures where images exist, and decides how far to count and how passes are
+    /// rendered. The film is read at the point `at`.
     ///
     /// # Errors
     /// No image at `at`, or matter that does not follow s and multiplies light without end; too little memory.
-    pub fn new(plan: &mut Plan, at: (f32, f32), layers: &[Layer]) -> Result<Self> {
-        let (most, frontier) = prepare(plan, at)?;
-        memory(plan, most, layers).check(plan.settings.memory)?;
-        let size = (plan.settings.width, plan.settings.height);
-        Ok(Self { sums: AtlasSums::new(size, most, at, frontier) })
+    pub fn new(plan: &Plan, at: (f32, f32), layers: &[Layer]) -> Result<(Self, Frame)> {
+        let (frame, most, frontier) = prepare(plan, at)?;
+        memory(plan, &frame, most, layers).check(plan.settings.memory)?;
+        let sums = AtlasSums::new((frame.width, frame.height), most, at, frontier);
+        Ok((Self { sums }, frame))
     }
 
     /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but
@@ -97,24 +98,24 @@ impl AtlasRun {
         (self.sums.passes() / 4).clamp(1, MOST_TOGETHER)
     }
 
-    /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the plan is told
-    /// to [stop](Plan::stop) before the first of them is added.
+    /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the frame is told
+    /// to [stop](Frame::stop) before the first of them is added.
     pub fn passes(
         &mut self,
         plan: &Plan,
-        connections: &Connections,
+        frame: &Frame,
         passes: Range<u32>,
     ) -> Vec<(Gathered<1>, u64)> {
         let shot = passes.clone().map(|pass| {
-            let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot(plan, photons, pass));
-            let stored: u64 = photons.by_class.iter().map(|class| class.len() as u64).sum();
-            (Maps::<Invisible>::build(photons, plan, pass), stored)
+            let photons = shoot::<Invisible>(plan, frame, pass);
+            let stored = photons.count() as u64;
+            (Maps::build(photons, plan, frame, pass), stored)
         });
         let (maps, stored): (Vec<_>, Vec<u64>) = shot.unzip();
-        if plan.stop.asked() {
+        if frame.stop.asked() {
             return Vec::new();
         }
-        self.sums.add_passes(plan, connections, maps, passes.start).into_iter().zip(stored).collect()
+        self.sums.add_passes(plan, frame, maps, passes.start).into_iter().zip(stored).collect()
     }
 
     /// How far it counts and what it takes, in one line.
@@ -133,8 +134,8 @@ impl AtlasRun {
     }
 }
 
-/// Completes `plan` and says how far is counted, and where images exist.
-fn prepare(plan: &mut Plan, at: (f32, f32)) -> Result<(MostOrders, Frontier)> {
+/// How passes are rendered, how far is counted, and where images exist.
+fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)> {
     let settings = &plan.settings;
     let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
     let frontier = match truncated {
@@ -158,19 +159,20 @@ fn prepare(plan: &mut Plan, at: (f32, f32)) -> Result<(MostOrders, Frontier)> {
         None => (LEAST_KEPT.ln() / kappa.max(1e-9).ln()).ceil().clamp(1.0, f64::from(MOST_POWER)) as u8,
     };
     let n = super::Nodes::up_to(n).last();
-    if cut && let Some(photons) = plan.photons.take() {
+    let mut frame = learn_photons(plan);
+    if cut {
         let growth = (plan.existence.growth() / FADING).max(1.0);
-        let photons = PhotonPlan { most_orders: n, growth, ..photons };
-        plan.photons = Some(plan.with_pilot(photons));
+        let photons = frame.photons.map(|photons| PhotonPlan { most_orders: n, growth, ..photons });
+        frame = counted(plan, Frame { photons, ..frame });
     }
-    let most = MostOrders { n, m: most_crossings(plan), cut };
-    Ok((most, frontier))
+    let most = MostOrders { n, m: most_crossings(plan, &frame), cut };
+    Ok((frame, most, frontier))
 }
 
 /// What making an atlas will hold in memory.
-fn memory(plan: &Plan, most: MostOrders, layers: &[Layer]) -> Memory {
-    let size = (plan.settings.width, plan.settings.height);
-    Memory::of(plan, layers).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
+fn memory(plan: &Plan, frame: &Frame, most: MostOrders, layers: &[Layer]) -> Memory {
+    let size = (frame.width, frame.height);
+    Memory::of(plan, frame, layers).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
 }
 
 /// The plan of an atlas of `scene`, which need not stand at (1, 1), and the point at which it stands.
@@ -191,16 +193,16 @@ pub fn plan(scene: &Scene, settings: Settings) -> Result<(Plan, (f32, f32))> {
 /// # Errors
 /// As for [`AtlasRun::new`], but for want of memory.
 pub fn forecast(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Memory> {
-    let (mut plan, at) = plan(scene, settings)?;
-    let (most, _) = prepare(&mut plan, at)?;
-    Ok(memory(&plan, most, layers))
+    let (plan, at) = plan(scene, settings)?;
+    let (frame, most, _) = prepare(&plan, at)?;
+    Ok(memory(&plan, &frame, most, layers))
 }
 
 /// How often light crosses surfaces, all but a small share of it.
-fn most_crossings(plan: &Plan) -> u8 {
-    let Some(photons) = &plan.photons else { return 2 * MOST_CROSSINGS / 3 };
+fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
+    let Some(photons) = &frame.photons else { return 2 * MOST_CROSSINGS / 3 };
     let pilot = PhotonPlan { paths: photons.paths.min(PILOT_PATHS), keep: 1.0, ..photons.clone() };
-    let photons = shoot::<Invisible>(plan, &pilot, u32::MAX - 1);
+    let photons = shoot::<Invisible>(plan, &Frame { photons: Some(pilot), ..frame.clone() }, u32::MAX - 1);
     let mut power = [0.0; 256];
     for photon in photons.by_class.iter().flatten() {
         power[usize::from(photon.orders.m)] += f64::from(photon.power.0.element_sum());

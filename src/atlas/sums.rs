@@ -3,12 +3,14 @@
 use super::errors::{AtGrid, ColourSpread, POINTS};
 use super::file::Plane;
 use super::frontier::Frontier;
+use super::by_order::gather_by_order;
 use super::nodes::{Colours, Nodes, Pixels, Room, Shares};
+use super::places::{ABREAST, MostOrders};
 use super::{Atlas, AtlasErrors};
 use crate::film::{Header, WrittenLayer};
-use crate::gather::{ABREAST, Connections, Gathered, Maps, MostOrders, gather_by_order};
+use crate::gather::{Gathered, Maps};
 use crate::light::Power;
-use crate::plan::Plan;
+use crate::plan::{Frame, Plan};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -174,7 +176,7 @@ impl AtlasSums {
     pub fn add_passes<P: Power>(
         &mut self,
         plan: &Plan,
-        connections: &Connections,
+        frame: &Frame,
         maps: Vec<Maps<'_, P>>,
         first_pass: u32,
     ) -> Vec<Gathered<1>> {
@@ -185,7 +187,7 @@ impl AtlasSums {
         };
         let counting = (self.most, self.at);
         let (gathered, rows) =
-            gather_by_order(plan, connections, maps, first_pass, counting, &mut self.records, add);
+            gather_by_order(plan, frame, maps, first_pass, counting, &mut self.records, add);
         let pixels = f64::from(self.width) * f64::from(self.height);
         let all = |point: usize, channel: usize| {
             let away = rows.iter().flat_map(|row| row.away[point][channel]);

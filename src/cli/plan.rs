@@ -4,13 +4,11 @@ use super::settings_args::SettingsArgs;
 use crate::atlas;
 use crate::error::Result;
 use crate::film::Layer;
-use crate::forecast::{Forecast, Saving, savings};
-use crate::gather::Connections;
 use crate::machine;
-use crate::measure::Existence;
+use crate::existence::Existence;
 use crate::memory::words as bytes;
-use crate::pilot::choose_direct;
-use crate::plan::{Direct, Plan};
+use crate::plan::{Frame, Plan};
+use crate::render::{Forecast, Saving, savings};
 use crate::scene::Scene;
 use clap::Args;
 use serde_json::{Value, json};
@@ -40,32 +38,32 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let (settings, layers) = args.settings.resolve()?;
     let mut scene = args.scene.load()?;
     let settings = args.settings.film(settings, &mut scene);
-    let auto = settings.direct == Direct::Auto;
-    let (mut plan, mut forecast) = Forecast::make(scene.clone(), settings.clone(), &layers);
-    if auto {
-        let connections = Connections::new(&plan);
-        choose_direct(&mut plan, &connections);
-    }
-    let savings = savings(&scene, &plan, &forecast, &layers);
+    let (plan, frame, mut forecast) = Forecast::make(scene.clone(), settings.clone(), &layers);
+    let savings = savings(&scene, &plan, &frame, &forecast, &layers);
     if args.atlas {
         forecast.memory = atlas::forecast(&scene, settings, &layers)?;
     }
     let savings = savings.as_deref();
     if args.json {
-        print(&format!("{:#}\n", as_json(&scene, &plan, &forecast, savings, &layers)))?;
+        print(&format!("{:#}\n", as_json(&scene, (&plan, &frame), &forecast, savings, &layers)))?;
     } else {
         let notes: String = scene.notes.iter().map(|note| format!("note: {note}\n")).collect();
-        print(&(as_text(&scene, &plan, &forecast, savings) + &notes))?;
+        print(&(as_text(&scene, (&plan, &frame), &forecast, savings) + &notes))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: Option<&[Saving]>) -> String {
-    let mut text = format!("{}\nscene: {}\n", plan.one_line(), facts(scene));
+fn as_text(
+    scene: &Scene,
+    (plan, frame): (&Plan, &Frame),
+    forecast: &Forecast,
+    savings: Option<&[Saving]>,
+) -> String {
+    let mut text = format!("{}\nscene: {}\n", frame.one_line(plan), facts(scene));
     text.push_str(&format!("multiplication factor: {}\n", plan.existence.describe()));
     text.extend(plan.existence.refusal(&plan.scene).map(|refusal| format!("{refusal}\n")));
     text.extend(plan.existence.warning().map(|warning| format!("warning: {warning}\n")));
-    for technique in plan.techniques() {
+    for technique in frame.techniques(plan) {
         text.push_str(&format!("{}: {}, {}\n", technique.paths, technique.by, technique.because));
     }
     for (i, omission) in plan.omissions.iter().enumerate() {
@@ -105,7 +103,7 @@ fn as_text(scene: &Scene, plan: &Plan, forecast: &Forecast, savings: Option<&[Sa
 
 fn as_json(
     scene: &Scene,
-    plan: &Plan,
+    (plan, frame): (&Plan, &Frame),
     forecast: &Forecast,
     savings: Option<&[Saving]>,
     layers: &[Layer],
@@ -129,12 +127,12 @@ fn as_json(
             json!({ "name": omission.name, "reason": omission.reason, "saves": saves })
         })
         .collect();
-    let techniques: Vec<Value> = plan
-        .techniques()
+    let techniques: Vec<Value> = frame
+        .techniques(plan)
         .iter()
         .map(|t| json!({ "paths": t.paths, "by": t.by, "because": t.because }))
         .collect();
-    let photons = plan.photons.as_ref().map(|photons| {
+    let photons = frame.photons.as_ref().map(|photons| {
         json!({
             "paths": photons.paths,
             "direct": photons.classes.direct,

@@ -28,7 +28,7 @@ impl Progress {
         let out = if quiet {
             Out::Quiet
         } else {
-            say(format_args!("{}", render.plan().one_line()));
+            say(format_args!("{}", render.frame().one_line(render.plan())));
             if std::io::stderr().is_terminal() {
                 let bar = ProgressBar::new(STEPS);
                 let style = ProgressStyle::with_template("{bar:30} {msg}").expect("a fixed template");

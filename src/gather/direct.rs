@@ -1,6 +1,6 @@
 //! Direct light at a camera hit: what is known of it, and how many connections find out the rest.
 //!
-//! Where nothing hides a luminaire its irradiance has a closed form ([`super::polygon`]), and connections need only find what
+//! Where nothing hides a luminaire its irradiance has a closed form ([`Connections::unhidden`]), and connections need only find what
 //! is hidden: a pixel shows α C + mean(V − α U), where C is the closed form and V and U are what a connection brings with and
 //! without what is in its way. Any α is right in the mean. It is the share that is seen where the pixels around agree about
 //! that, which leaves no noise in full light, in full shadow and behind matter that lets a part of all light through; in half
@@ -11,7 +11,11 @@
 //! then those of the *other* pixels around it say what α is, and how many connections its pixel deserves. As neither
 //! depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
-use super::{Pixel, Walk};
+use super::Pixel;
+use super::plain::Plain;
+#[cfg(doc)]
+use crate::connect::Connections;
+use crate::connect::Connection;
 use crate::light::{Light, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::sampling::Sobol;
@@ -30,11 +34,11 @@ const ALIKE: f64 = 1e-10;
 const REACH: usize = 2;
 
 /// A hit that is connected to luminaires.
-pub(super) struct Open<'a, const R: usize> {
+pub(super) struct Open<const R: usize> {
     /// In its tile.
     pub pixel: usize,
     pub rows: [Row; R],
-    pub term: &'a Term,
+    pub term: Term,
     pub point: SurfacePoint,
     pub wo: Vec3,
     /// Its connections are points of this sequence; the first is point zero.
@@ -42,8 +46,8 @@ pub(super) struct Open<'a, const R: usize> {
 }
 
 /// A hit whose first connection is made.
-pub(super) struct Begun<'a, const R: usize> {
-    open: Open<'a, R>,
+pub(super) struct Begun<const R: usize> {
+    open: Open<R>,
     /// What would be seen if nothing hid the luminaires; zero where that is not known.
     whole: [Vec3; R],
     /// What the first connection brought.
@@ -75,19 +79,20 @@ struct Advice {
     alpha: f32,
 }
 
-impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
+impl<P: Power, const R: usize> Plain<'_, P, R> {
     /// Direct light at a hit by all luminaires that are summed, and the first connection to those that are chosen from.
-    pub(super) fn connect(&mut self, open: Open<'a, R>, pixel: &mut Pixel<R>) {
-        let scene = &self.plan.scene;
-        self.connections.to_all(scene, &open.point, |connection| {
+    pub(super) fn connect(&mut self, open: Open<R>, pixel: &mut Pixel<R>) {
+        let plan = self.plan;
+        let connections = &plan.connections;
+        connections.to_all(&plan.scene, &open.point, |connection| {
             for (parts, sampled) in pixel.parts.iter_mut().zip(self.look_through(&open, &connection)) {
                 parts.direct += sampled.seen;
             }
         });
         let whole = match open.term.lobe {
-            Lobe::Diffuse(diffuse) if self.connections.has_closed_form() => {
+            Lobe::Diffuse(diffuse) if connections.has_closed_form() => {
                 let f = diffuse.towards(&open.point.normals, open.wo);
-                let light = f * self.connections.unhidden(&open.point, open.wo);
+                let light = f * connections.unhidden(&open.point, open.wo);
                 if light.is_zero() {
                     return; // all of them are below the horizon
                 }
@@ -95,7 +100,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
             }
             _ => [Vec3::ZERO; R],
         };
-        if self.connections.are_sampled() {
+        if connections.are_sampled() {
             let first = self.connection(&open, 0);
             self.open.push(Begun { open, whole, first });
         } else {
@@ -137,13 +142,13 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
     }
 
     /// What connection `i` of a hit brings to each picture.
-    fn connection(&self, open: &Open<'_, R>, i: u32) -> [Sampled; R] {
-        let connection = self.connections.to_one(&self.plan.scene, &open.point, open.sobol.point(i, 0));
+    fn connection(&self, open: &Open<R>, i: u32) -> [Sampled; R] {
+        let connection = self.plan.connections.to_one(&self.plan.scene, &open.point, open.sobol.point(i, 0));
         connection.map_or([Sampled::default(); R], |connection| self.look_through(open, &connection))
     }
 
     /// The light of a connection that is reflected towards the camera.
-    fn look_through(&self, open: &Open<'_, R>, connection: &super::connect::Connection) -> [Sampled; R] {
+    fn look_through(&self, open: &Open<R>, connection: &Connection) -> [Sampled; R] {
         let normals = &open.point.normals;
         let f =
             open.term.lobe.eval(normals, open.wo, connection.wi) * connection.wi.dot(normals.shading).abs();
@@ -152,7 +157,7 @@ impl<'a, P: Power, const R: usize> Walk<'a, P, R> {
         }
         let unhidden: Light = f * connection.light;
         let seen: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
-        let known = self.connections.has_closed_form();
+        let known = self.plan.connections.has_closed_form();
         open.rows.map(|row| Sampled {
             seen: row * seen,
             unhidden: if known { row * unhidden } else { Vec3::ZERO },

@@ -2,10 +2,10 @@
 
 use crate::light::Power;
 use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
-use crate::plan::{LEVELS, Plan};
+use crate::photon::{Orders, PathClass, Photons};
+use crate::plan::{Frame, LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
-use crate::shoot::{Orders, PathClass, Photons};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -37,7 +37,7 @@ pub struct Irradiance<P> {
 }
 
 /// Photons of one class that are gathered with one radius.
-pub(super) struct Tier<P> {
+pub(crate) struct Tier<P> {
     pub class: PathClass,
     pub map: PhotonMap<P>,
     /// Which of the radii.
@@ -49,16 +49,16 @@ pub struct Maps<'a, P> {
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
-    /// Gather radii in pixel footprints, from the widest: those of [caustics](crate::plan::Settings::caustic_radii), of which the widest
+    /// Gather radii in pixel footprints, from the widest: those of [caustics](Frame::caustic_radii), of which the widest
     /// also serves inter-reflection and direct light.
     radii: [f32; LEVELS],
 }
 
 impl<'a, P: Power> Maps<'a, P> {
     /// Builds the maps for the radii of `pass`.
-    pub fn build(photons: Photons<P>, plan: &'a Plan, pass: u32) -> Self {
+    pub fn build(photons: Photons<P>, plan: &'a Plan, frame: &Frame, pass: u32) -> Self {
         let shrink = radius_factor(pass);
-        let radii = plan.settings.caustic_radii().map(|radius| radius * shrink);
+        let radii = frame.caustic_radii().map(|radius| radius * shrink);
         let [direct, caustic, indirect] = photons.by_class;
         let mut caustics = [(); LEVELS].map(|()| Vec::new());
         for photon in caustic {
@@ -105,7 +105,7 @@ impl<'a, P: Power> Maps<'a, P> {
     }
 
     /// What is near a point.
-    pub(super) fn around<'n>(
+    pub(crate) fn around<'n>(
         &self,
         nearby: &'n mut Nearby,
         point: &SurfacePoint,
@@ -131,7 +131,7 @@ impl<'a, P: Power> Maps<'a, P> {
     }
 
     /// Where [`irradiance`](Self::irradiance) looks for photons, by level.
-    pub(super) fn disks(
+    pub(crate) fn disks(
         &self,
         around: &Surroundings,
         point: &SurfacePoint,
@@ -153,12 +153,12 @@ impl<'a, P: Power> Maps<'a, P> {
     }
 
     /// The maps, not one of them empty.
-    pub(super) fn tiers(&self) -> &[Tier<P>] {
+    pub(crate) fn tiers(&self) -> &[Tier<P>] {
         &self.tiers
     }
 
     /// Multiplies what is read by a weight of each photon's orders. The photons themselves stay as they are.
-    pub(super) fn weigh(&mut self, weight: impl Fn(Orders) -> f32 + Sync) {
+    pub(crate) fn weigh(&mut self, weight: impl Fn(Orders) -> f32 + Sync) {
         for tier in &mut self.tiers {
             tier.map.weigh(|photon| weight(photon.orders));
         }
@@ -206,7 +206,7 @@ impl Default for Nearby {
 
 /// What is near one place.
 #[derive(Default)]
-pub(super) struct Surroundings {
+pub(crate) struct Surroundings {
     centre: Vec3,
     /// The largest they serve (m); zero where nothing was asked for yet.
     footprint: f32,
@@ -222,7 +222,7 @@ impl Surroundings {
 }
 
 /// The part of a surface whose photons are summed.
-pub(super) struct Disk {
+pub(crate) struct Disk {
     /// m.
     radius: f32,
     /// One over the area of surface within the radius, m⁻².

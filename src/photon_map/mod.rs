@@ -7,7 +7,7 @@ mod block;
 mod tree;
 
 use crate::light::Power;
-use crate::shoot::Photon;
+use crate::photon::Photon;
 pub use block::LANES;
 use block::{Block, Disk, Facing, Lanes, Normals};
 use fearless_simd::prelude::*;

@@ -1,6 +1,6 @@
 //! The plan in words.
 
-use super::{Direct, Method, Plan, Settings};
+use super::{Direct, Frame, Method, Plan};
 
 /// Who serves one class of light paths.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,52 +13,34 @@ pub struct Technique {
     pub because: String,
 }
 
-impl Plan {
+impl Frame {
     /// What is done and what is left out, in one line.
-    pub fn one_line(&self) -> String {
-        let Settings { width, height, .. } = self.settings;
-        let photons = match (&self.photons, self.settings.method) {
+    pub fn one_line(&self, plan: &Plan) -> String {
+        let Self { width, height, samples, .. } = *self;
+        let photons = match (&self.photons, plan.settings.method) {
             (Some(photons), _) => format!("{} photon paths a pass", photons.paths),
             (None, Method::Photon) => "no photons".into(),
-            (None, method) => {
-                format!("{}, {} samples a pixel and pass", method.name(), self.settings.samples)
-            }
+            (None, method) => format!("{}, {samples} samples a pixel and pass", method.name()),
         };
-        let names: Vec<_> = self.omissions.iter().map(|omission| omission.name).collect();
+        let names: Vec<_> = plan.omissions.iter().map(|omission| omission.name).collect();
         let omitted =
             if names.is_empty() { String::new() } else { format!("; left out: {}", names.join(", ")) };
         format!(
             "{}: {} triangles, {}; {width}x{height}, {photons}{omitted}",
-            self.scene.name,
-            self.scene.mesh.triangles.len(),
-            self.scene.describe_illumination(),
+            plan.scene.name,
+            plan.scene.mesh.triangles.len(),
+            plan.scene.describe_illumination(),
         )
     }
 
-    /// The same at length, with the reasons.
-    pub fn describe(&self) -> String {
-        let mut text = format!("{}\n", self.one_line());
-        text.push_str(&format!("multiplication factor: {}\n", self.existence.describe()));
-        text.extend(self.existence.refusal(&self.scene).map(|refusal| format!("{refusal}\n")));
-        text.extend(self.existence.warning().map(|warning| format!("warning: {warning}\n")));
-        for technique in self.techniques() {
-            let Technique { paths, by, because } = technique;
-            text.push_str(&format!("{paths}: {by}, {because}\n"));
-        }
-        for omission in &self.omissions {
-            text.push_str(&format!("left out {}: {}\n", omission.name, omission.reason));
-        }
-        text
-    }
-
     /// Who serves which class of paths. Empty for path tracers, which tell none apart.
-    pub fn techniques(&self) -> Vec<Technique> {
-        if self.settings.method != Method::Photon {
+    pub fn techniques(&self, plan: &Plan) -> Vec<Technique> {
+        if plan.settings.method != Method::Photon {
             return Vec::new();
         }
         let direct = Technique {
             paths: "direct light",
-            by: match self.settings.direct {
+            by: match self.direct {
                 Direct::Photons => "photons",
                 Direct::Auto | Direct::Connection => "connections",
             },

@@ -6,7 +6,7 @@
 use super::components::{Components, fixed_point};
 use crate::optics::{Bsdf, Term};
 use crate::scene::{Luminaire, Scene};
-use crate::shoot::PathClass;
+use crate::photon::PathClass;
 use glam::Vec3;
 
 /// What can come from where, and what of it is read.

@@ -3,7 +3,8 @@
 use super::flow::{Flow, passes};
 use super::omission::{Omission, Omittable};
 use super::shrink::only;
-use super::{Direct, Plan, Settings};
+use super::{Direct, Frame, Plan, Settings};
+use crate::connect::summed_and_others;
 use crate::light::{Matrix, Row};
 use crate::optics::Lobe;
 use crate::rays::{Hit, Ray, Rays, Segment};
@@ -114,19 +115,6 @@ pub(super) fn visibility(
     (Visibility::Transmittance, Some(rays))
 }
 
-/// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
-const SUMMED_PUNCTUALS: usize = 16;
-
-/// By index: punctual luminaires that are all connected at every hit, and the others.
-pub(crate) fn summed_and_others(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
-    let all = 0..scene.luminaires.len() as u32;
-    let is_delta = |i: &u32| scene.luminaires[*i as usize].is_delta();
-    if all.clone().filter(is_delta).count() > SUMMED_PUNCTUALS {
-        return (Vec::new(), all.collect());
-    }
-    all.partition(is_delta)
-}
-
 /// Up to so many triangles shine in closed form at every hit: each costs half a connection.
 const CLOSED_FORMS: usize = 8;
 
@@ -175,8 +163,7 @@ impl Plan {
 
     /// Names of surfaces through whose backs the camera looks, as far as a grid of lines finds them.
     pub fn looked_through(&self) -> Vec<String> {
-        let Settings { width, height, .. } = self.settings;
-        let view = self.scene.camera.view(width as f32 / height as f32);
+        let view = self.scene.camera.view(Frame::asked(self).aspect());
         let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
         let back = |i: u32| {
             let (origin, direction) = view.ray(place(i % LOOKS), place(i / LOOKS));

@@ -5,6 +5,7 @@
 mod components;
 mod describe;
 mod flow;
+mod frame;
 mod lines;
 mod omission;
 mod photons;
@@ -14,23 +15,23 @@ mod shrink;
 mod tests;
 
 pub use describe::Technique;
+pub use frame::Frame;
 pub use lines::Visibility;
-pub(crate) use lines::summed_and_others;
 pub use omission::{Omission, Omittable};
-pub(crate) use photons::MAX_DEPOSITS;
+pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
 pub use photons::{PerPath, PhotonClasses, PhotonPlan};
 pub use settings::{Direct, LEVELS, Method, Settings};
 
-use crate::measure::Existence;
-use crate::rays::Rays;
+use crate::connect::Connections;
+use crate::existence::Existence;
+use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
-use crate::scene::{Luminaire, Scene};
-use crate::stop::Stop;
+use crate::scene::{Luminaire, Material, Scene, SurfacePoint};
 use flow::Flow;
 use lines::Through;
 use photons::crowd;
 
-/// What will be done, and what not.
+/// What will be done, and what not: a function of scene and settings alone. How a pass of it is rendered is a [`Frame`].
 pub struct Plan {
     /// The scene that is rendered: what was given, less what nothing uses.
     pub scene: Scene,
@@ -40,22 +41,22 @@ pub struct Plan {
     pub rims: Rims,
     /// What was asked for.
     pub settings: Settings,
-    /// None: no photons and no map.
+    /// Which photons are of use, before any is shot. None: no photons and no map.
     pub photons: Option<PhotonPlan>,
     /// How connections see.
     pub visibility: Visibility,
-    /// Luminaires, by index, whose irradiance is known wherever nothing hides them.
-    pub closed_form: Vec<u32>,
+    /// The luminaires as camera hits see them.
+    pub connections: Connections,
     /// Whether there is an image.
     pub existence: Existence,
     /// What was left out.
     pub omissions: Vec<Omission>,
-    /// Why direct light is served by whom `settings` says: never [`Direct::Auto`] any more.
-    pub direct_because: String,
+    /// Who serves direct light, as far as logic tells: never [`Direct::Auto`].
+    pub direct: Direct,
+    /// Why.
+    pub direct_because: &'static str,
     /// [`Scene::hash`] of the scene that was given.
     pub scene_hash: u64,
-    /// Looked at within a pass.
-    pub stop: Stop,
     /// The triangles that cast shadows, where they are not all.
     casters: Option<Rays>,
     through: Through,
@@ -64,14 +65,14 @@ pub struct Plan {
 impl Plan {
     /// Looks at the scene once and decides.
     ///
-    /// Where [`Direct::Auto`] is asked for it takes connections, which a pilot may change; photons where connections would miss a
-    /// luminaire.
+    /// Where [`Direct::Auto`] is asked for it takes connections, of which a pilot may think otherwise; photons where connections
+    /// would miss a luminaire.
     pub fn new(scene: Scene, settings: Settings) -> Self {
         Self::with_existence(scene, settings, None)
     }
 
     /// The same, where it is known already whether there is an image.
-    pub fn with_existence(mut scene: Scene, mut settings: Settings, known: Option<Existence>) -> Self {
+    pub fn with_existence(mut scene: Scene, settings: Settings, known: Option<Existence>) -> Self {
         let scene_hash = scene.hash();
         let (direct, direct_because) = match settings.direct {
             Direct::Auto if scene.luminaires.iter().any(Luminaire::is_needle) => {
@@ -80,7 +81,8 @@ impl Plan {
             Direct::Auto => (Direct::Connection, "few luminaires"),
             asked => (asked, "asked for"),
         };
-        settings.direct = direct;
+        let asked = settings.clone();
+        let settings = Settings { direct, ..settings };
         let mut omissions = Vec::new();
         if settings.method == Method::Photon {
             shrink::drop_unused(&mut scene, &settings, &mut omissions);
@@ -99,15 +101,15 @@ impl Plan {
                 scene,
                 rays,
                 rims: Rims::none(),
-                settings,
+                settings: asked,
                 photons: None,
                 visibility: Visibility::Transmittance,
-                closed_form: Vec::new(),
+                connections: Connections::none(),
                 existence,
                 omissions,
-                direct_because: direct_because.into(),
+                direct,
+                direct_because,
                 scene_hash,
-                stop: Stop::default(),
                 casters: None,
                 through: Through::ALL,
             };
@@ -120,36 +122,35 @@ impl Plan {
         let closed_form = lines::closed_form(&scene, &settings, visibility, &mut omissions);
         let photons = photons::photon_plan(&scene, &flow, &settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
-        let endless = existence.is_refuted() && settings.max_reflections.is_none();
         let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
-        let mut plan = Self {
+        let connections = Connections::new(&scene, &closed_form, visibility == Visibility::Everywhere);
+        Self {
             scene,
             rays,
             rims,
-            settings,
-            photons: None,
+            settings: asked,
+            photons,
             visibility,
-            closed_form,
+            connections,
             existence,
             omissions,
-            direct_because: direct_because.into(),
+            direct,
+            direct_because,
             scene_hash,
-            stop: Stop::default(),
             casters,
             through,
-        };
-        // Where there is no image a pilot would not end.
-        plan.photons = photons.map(|photons| if endless { photons } else { plan.with_pilot(photons) });
-        plan
+        }
     }
 
-    /// The material of a triangle, as an index.
-    pub fn material_index(&self, triangle: u32) -> usize {
-        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material as usize
+    /// True where a series without end is asked for that has no sum: a pass would mean nothing.
+    pub fn is_endless(&self) -> bool {
+        self.existence.is_refuted() && self.settings.max_reflections.is_none()
     }
 
-    /// True where vertex normals are interpolated.
-    pub fn is_smooth(&self, triangle: u32) -> bool {
-        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].smooth
+    /// What a line meets: the material, and the point on its surface.
+    pub fn matter_at(&self, hit: &Hit) -> (&Material, SurfacePoint) {
+        let surface = self.scene.surface_of(hit.triangle);
+        let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
+        (&self.scene.materials[surface.material as usize], point)
     }
 }

@@ -2,10 +2,11 @@
 
 use super::flow::Flow;
 use super::omission::{Omission, Omittable};
-use super::{Direct, Plan, Settings};
-use crate::measure::Existence;
+use super::{Direct, Settings};
+use crate::emission::Guide;
+use crate::existence::Existence;
+use crate::photon::PathClass;
 use crate::scene::Scene;
-use crate::shoot::{Guide, PathClass};
 
 /// Which classes of photons are deposited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +23,15 @@ impl PhotonClasses {
     /// True when no class is of use.
     pub fn is_empty(self) -> bool {
         self == Self::default()
+    }
+
+    /// True when photons of this class are of use.
+    pub fn contains(self, class: PathClass) -> bool {
+        match class {
+            PathClass::Direct => self.direct,
+            PathClass::Caustic => self.caustic,
+            PathClass::Indirect => self.indirect,
+        }
     }
 
     /// The classes that arrive where they are read; `kept`: those that are asked for, needed or not, are among them.
@@ -54,7 +64,7 @@ pub struct PhotonPlan {
     pub growth: f32,
     /// The series is cut after this many reflections before a deposit (one less than with the reflection that is seen).
     pub max_reflections: u32,
-    /// The same for reflections that are in proportion to the scene's s; see [`Orders::n`](crate::shoot::Orders::n).
+    /// The same for reflections that are in proportion to the scene's s; see [`Orders::n`](crate::photon::Orders::n).
     pub most_orders: u8,
     /// True where a second column is read after emission: photons then carry both halves.
     pub both_halves: bool,
@@ -89,16 +99,9 @@ impl PhotonPlan {
 }
 
 /// Paths per pass where nothing else speaks: one for each pixel of the default film.
-const DEFAULT_PATHS: u32 = 262_144;
+pub(crate) const DEFAULT_PATHS: u32 = 262_144;
 /// Deposits of one pass that are kept at the most; about 60 bytes each while the map is built.
 pub(crate) const MAX_DEPOSITS: f64 = 4.0e6;
-/// Lines of one pass at the most, where the plan chooses: half a minute of a processor.
-const MAX_LINES: f64 = 3.2e7;
-/// Paths of the pilot that counts deposits per path: the most, fewer where paths are long, so many at least where they are
-/// not of the longest.
-const PILOT_PATHS: [f64; 2] = [16.0, 8_192.0];
-/// Reflections of the pilot, about; and where those of the fewest paths would be more than this, it has fewer.
-const PILOT_REFLECTIONS: [f64; 2] = [1.0e5, 4.0e5];
 /// Lines of one path that a series of ordinary length never comes near to.
 const CROWD: f64 = 65_536.0;
 /// And of a long one, in units of its length: paths fade for six of them before chance ends them, as exp(−lengths).
@@ -174,37 +177,6 @@ fn deposits(scene: &Scene, flow: &Flow, settings: &Settings, omissions: &mut Vec
         );
     }
     kept
-}
-
-impl Plan {
-    /// Counts the deposits of a few paths, and from them sets the paths per pass and the share of deposits kept.
-    pub(crate) fn with_pilot(&self, mut photons: PhotonPlan) -> PhotonPlan {
-        photons.guide = Guide::learn(self, &photons);
-        let wanted = self.settings.paths.unwrap_or(DEFAULT_PATHS);
-        let length = self.existence.length();
-        let [fewest, most] = PILOT_PATHS;
-        let [short, long] = PILOT_REFLECTIONS.map(|reflections| reflections / length);
-        let pilot = short.clamp(fewest.min(long.max(1.0)), most) as u32;
-        // Counted, not kept.
-        let pilot = PhotonPlan { paths: wanted.min(pilot), keep: 0.0, ..photons.clone() };
-        let ledger = crate::shoot::shoot::<crate::light::Light>(self, &pilot, u32::MAX).ledger;
-        let each = |count: u64| count as f64 / f64::from(pilot.paths);
-        photons.per_path = PerPath { lines: each(ledger.lines), deposits: each(ledger.deposits) };
-        let affordable = MAX_DEPOSITS / photons.per_path.deposits.max(1e-9);
-        photons.paths = wanted;
-        match self.settings.paths {
-            // The user's number of paths stands; some of their deposits are thinned.
-            Some(_) if f64::from(wanted) > affordable => {
-                photons.keep = (affordable / f64::from(wanted)) as f32;
-            }
-            Some(_) => {}
-            None => {
-                let affordable = affordable.min(MAX_LINES / photons.per_path.lines.max(1.0));
-                photons.paths = wanted.min(affordable as u32).max(1);
-            }
-        }
-        photons
-    }
 }
 
 /// Lines of one path after which it is thinned.

@@ -1,7 +1,7 @@
 //! What the user asked for, resolved.
 
 use super::omission::Omittable;
-use crate::memory::MemoryLimit;
+use crate::machine::MemoryLimit;
 
 /// What the user asked for, resolved.
 #[derive(Clone, Debug)]
@@ -43,18 +43,6 @@ pub struct Settings {
 pub const LEVELS: usize = 3;
 
 impl Settings {
-    /// Camera samples of a pass, in all pixels.
-    pub fn camera_samples(&self) -> u64 {
-        let each = if self.method == Method::Photon { 1 } else { self.samples };
-        u64::from(self.width) * u64::from(self.height) * u64::from(each)
-    }
-
-    /// First gather radii of caustics in pixel footprints, from the widest, which is that of inter-reflection.
-    pub fn caustic_radii(&self) -> [f32; LEVELS] {
-        let Self { caustic_radius: sharp, indirect_radius: wide, .. } = *self;
-        [wide, (sharp * wide).sqrt(), sharp]
-    }
-
     /// True when `what` stays, needed or not.
     pub fn keeps(&self, what: Omittable) -> bool {
         self.keep_everything || self.keep.contains(&what)
@@ -86,7 +74,7 @@ impl Method {
 /// Who serves light that comes straight from a luminaire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direct {
-    /// Connections, unless [`pilot::choose_direct`](crate::pilot::choose_direct) finds photons better at equal work.
+    /// Connections, unless a [pilot](crate::pilot::learn) finds photons better at equal work.
     Auto,
     /// Connections from camera hits to points on luminaires.
     Connection,

@@ -1,132 +1,23 @@
-//! Luminaires → photons: the light-shooting half of the method, DESIGN "Shoot".
+//! Luminaires → photons: the light-shooting half of the method.
 
-mod beam;
 mod crowd;
-mod emission;
-mod guide;
+mod lessons;
+mod levels;
 
-pub use beam::Beam;
-pub(crate) use emission::ALIKE;
-pub use emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Falloff};
-pub use guide::Guide;
+pub use lessons::learn_guide;
 
+use crate::emission::{Beam, Emitted, Emitters, Falloff};
 use crate::light::Power;
 use crate::optics::{Bsdf, Normals, Sample, Transport};
-use crate::plan::{LEVELS, PhotonClasses, PhotonPlan, Plan, Settings};
+use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
+use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, SurfacePoint, View};
+use crate::scene::{Material, SurfacePoint};
 use crowd::Crowd;
+use levels::Levels;
 use glam::Vec3;
 use rayon::prelude::*;
-
-/// How light came to where it was deposited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathClass {
-    /// Straight from the luminaire (through any number of surfaces).
-    Direct = 0,
-    /// Through delta lobes only.
-    Caustic = 1,
-    /// Through at least one finite lobe.
-    Indirect = 2,
-}
-
-/// Light that arrived at a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Photon<P> {
-    /// Where, scene space (m).
-    pub position: Vec3,
-    /// Power (W), times |wi·ns| / |wi·ng|. No direction is kept: the one finite lobe, Lambert's, does not ask for it.
-    pub power: P,
-    /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
-    pub normal: [i8; 3],
-    /// Which of [`caustic_radii`](Settings::caustic_radii) it is gathered with; zero for other light.
-    pub level: u8,
-    /// Reflections since the luminaire; the last number stands for all above it.
-    pub reflections: u16,
-    /// Powers of the scene's s and t in `power`; the last number stands for all above it.
-    pub orders: Orders,
-}
-
-/// How often light was reflected (n) and went straight on (m) by matrices that follow the scene's point (s, t) of the
-/// square: its power is proportional to sⁿ tᵐ.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Orders {
-    /// Reflections.
-    pub n: u8,
-    /// Straight crossings.
-    pub m: u8,
-}
-
-impl Orders {
-    /// After a reflection by `material`.
-    pub fn reflected(self, material: &Material) -> Self {
-        Self { n: self.n.saturating_add(u8::from(material.follows.s.is_some())), ..self }
-    }
-
-    /// After going straight through `material`.
-    pub fn crossed(self, material: &Material) -> Self {
-        Self { m: self.m.saturating_add(u8::from(material.follows.t.is_some())), ..self }
-    }
-}
-
-impl<P> Photon<P> {
-    /// A photon on the side of the unit vector `normal`.
-    pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
-        let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
-        let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
-        Self { position, power, normal, level: 0, reflections, orders: Orders::default() }
-    }
-
-    /// The cosine between its normal and another, within about a hundredth.
-    pub fn cos_to(&self, normal: Vec3) -> f32 {
-        Vec3::from_array(self.normal.map(f32::from)).dot(normal) * (1.0 / 127.0)
-    }
-}
-
-/// All photons of one pass, by [`PathClass`], each in the order of their paths.
-#[derive(Clone, Debug)]
-pub struct Photons<P> {
-    /// Indexed by `PathClass as usize`.
-    pub by_class: [Vec<Photon<P>>; 3],
-    /// Where the power went.
-    pub ledger: Ledger,
-}
-
-/// The energy of the carried light of one pass, sums over paths and RGB of both halves, W.
-///
-/// `emitted + roulette + created = absorbed + escaped` holds to rounding; `roulette` has expectation zero.
-/// In global matter `created` is zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
-    /// Left luminaires.
-    pub emitted: f64,
-    /// Stayed at surfaces.
-    pub absorbed: f64,
-    /// Left the scene.
-    pub escaped: f64,
-    /// Added (or, below zero, taken) by Russian roulette.
-    pub roulette: f64,
-    /// Added at surfaces that send on more than they receive, and by non-physical falloff; also the scatter of
-    /// choosing among several lobes, which expects as much `absorbed`.
-    pub created: f64,
-    /// Lines traced.
-    pub lines: u64,
-    /// Photons that arrived where they are deposited, thinned ones among them.
-    pub deposits: u64,
-}
-
-impl Ledger {
-    fn add(&mut self, other: &Self) {
-        self.emitted += other.emitted;
-        self.absorbed += other.absorbed;
-        self.escaped += other.escaped;
-        self.roulette += other.roulette;
-        self.created += other.created;
-        self.lines += other.lines;
-        self.deposits += other.deposits;
-    }
-}
 
 /// Paths that one task follows before it hands back its photons; results do not depend on it.
 const PATHS_PER_TASK: u32 = 2048;
@@ -142,24 +33,26 @@ const LEAST_FADING: f32 = 1.0 / 256.0;
 /// Lines of one path between looks whether to stop.
 const LINES_UNWATCHED: u64 = 1024;
 
-/// Shoots the photons of one pass. Those of a plan that was told to [stop](Plan::stop) are incomplete.
-pub fn shoot<P: Power>(plan: &Plan, photon_plan: &PhotonPlan, pass: u32) -> Photons<P> {
-    let Some(emitters) = Emitters::<P>::new(&plan.scene) else {
-        return Photons { by_class: Default::default(), ledger: Ledger::default() };
+/// Shoots the photons of one pass: none where the frame has none. Those of a frame that was told to [stop](Frame::stop) are
+/// incomplete.
+pub fn shoot<P: Power>(plan: &Plan, frame: &Frame, pass: u32) -> Photons<P> {
+    let (Some(photon_plan), Some(emitters)) = (&frame.photons, Emitters::<P>::new(&plan.scene)) else {
+        return Photons::none();
     };
-    let sobol = Sobol::new(hash(plan.settings.seed ^ hash(u64::from(pass) ^ hash(Stream::Shoot as u64))));
+    let seed = plan.settings.seed;
+    let sobol = Sobol::new(hash(seed ^ hash(u64::from(pass) ^ hash(Stream::Shoot as u64))));
     let paths = photon_plan.paths;
     let tasks = paths.div_ceil(PATHS_PER_TASK);
     let parts: Vec<Photons<P>> = (0..tasks)
         .into_par_iter()
         .map(|task| {
             let first = task * PATHS_PER_TASK;
-            let mut walk = Walk::new(plan, photon_plan, tasks);
+            let mut walk = Walk::new(plan, frame, photon_plan, tasks);
             for path in first..(first + PATHS_PER_TASK).min(paths) {
-                if plan.stop.asked() {
+                if frame.stop.asked() {
                     break;
                 }
-                let rng = Rng::new(plan.settings.seed, Stream::Shoot, pass, u64::from(path));
+                let rng = Rng::new(seed, Stream::Shoot, pass, u64::from(path));
                 let u = sobol.point(path, 0);
                 walk.follow(
                     match &photon_plan.guide {
@@ -212,6 +105,7 @@ struct Met<'m> {
 /// Follows paths one after another and keeps what they deposit.
 struct Walk<'a, P> {
     plan: &'a Plan,
+    frame: &'a Frame,
     photon_plan: &'a PhotonPlan,
     levels: Levels,
     stack: Vec<Line<P>>,
@@ -222,11 +116,11 @@ struct Walk<'a, P> {
 
 impl<'a, P: Power> Walk<'a, P> {
     /// Of one of `tasks` that share out the paths.
-    fn new(plan: &'a Plan, photon_plan: &'a PhotonPlan, tasks: u32) -> Self {
+    fn new(plan: &'a Plan, frame: &'a Frame, photon_plan: &'a PhotonPlan, tasks: u32) -> Self {
         let crowd = Crowd::new(photon_plan, tasks);
-        let photons = Photons { by_class: Default::default(), ledger: Ledger::default() };
-        let levels = Levels::of(plan, photon_plan);
-        Self { plan, photon_plan, levels, stack: Vec::new(), hits: Vec::new(), crowd, photons }
+        let levels = Levels::of(plan, frame, photon_plan.paths);
+        let (stack, hits, photons) = (Vec::new(), Vec::new(), Photons::none());
+        Self { plan, frame, photon_plan, levels, stack, hits, crowd, photons }
     }
 
     /// Drops what was deposited.
@@ -253,7 +147,7 @@ impl<'a, P: Power> Walk<'a, P> {
         self.crowd.lines = 0;
         while let Some(line) = self.stack.pop() {
             self.crowd.lines += 1;
-            if self.crowd.lines.is_multiple_of(LINES_UNWATCHED) && self.plan.stop.asked() {
+            if self.crowd.lines.is_multiple_of(LINES_UNWATCHED) && self.frame.stop.asked() {
                 self.stack.clear();
                 break;
             }
@@ -269,12 +163,10 @@ impl<'a, P: Power> Walk<'a, P> {
         self.photons.ledger.lines += 1;
         let mut power = line.power;
         for hit in &hits {
-            let index = self.plan.material_index(hit.triangle);
-            let material = &self.plan.scene.materials[index];
-            let point =
-                self.plan.scene.mesh.point(hit.triangle, hit.u, hit.v, self.plan.is_smooth(hit.triangle));
+            let (material, point) = self.plan.matter_at(hit);
             let arriving = power.scaled(line.falloff.at(hit.t));
-            if self.photon_plan.deposits[index] && self.photon_plan.classes.contains(line.class) {
+            let of = self.plan.scene.surface_of(hit.triangle).material as usize;
+            if self.photon_plan.deposits[of] && self.photon_plan.classes.contains(line.class) {
                 self.deposit(&line, hit.t, &point, arriving, rng);
             }
             let met = Met { material, hit, point: &point };
@@ -353,7 +245,7 @@ impl<'a, P: Power> Walk<'a, P> {
         let class =
             if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
-            let smooth = self.plan.is_smooth(hit.triangle) && !geometric;
+            let smooth = self.plan.scene.surface_of(hit.triangle).smooth && !geometric;
             let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
             let bend = |step: Vec3| match smooth {
                 true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),
@@ -392,47 +284,6 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 }
 
-/// Photons of a pass that one beam should bring to a gather disk.
-const ENOUGH: f32 = 20.0;
-
-/// Which gather radius fits a caustic photon.
-struct Levels {
-    view: View,
-    height: u32,
-    /// Area of a disk that holds enough, over that which a path covers.
-    disk: f32,
-    /// The sharpest radius in footprints.
-    sharp: f32,
-    /// Levels for each factor of e between radii; zero where there is but one radius.
-    per_e: f32,
-}
-
-impl Levels {
-    fn of(plan: &Plan, photon_plan: &PhotonPlan) -> Self {
-        let Settings { width, height, .. } = plan.settings;
-        let radii = plan.settings.caustic_radii();
-        let (wide, sharp) = (radii[0], radii[LEVELS - 1]);
-        let range = (wide / sharp).ln();
-        Self {
-            view: plan.scene.camera.view(width as f32 / height as f32),
-            height,
-            disk: ENOUGH / (std::f32::consts::PI * photon_plan.paths as f32),
-            sharp,
-            per_e: if range > 0.0 { (LEVELS - 1) as f32 / range } else { 0.0 },
-        }
-    }
-
-    /// The level of a photon whose beam covers `area` (m²), by `u` in [0, 1): so that the mean radius follows the beam, and nothing
-    /// breaks off where levels meet.
-    fn of_beam(&self, position: Vec3, area: f32, u: f32) -> u8 {
-        let radius = (self.disk * area).sqrt() / self.view.footprint_at(position, self.height);
-        let sharper = self.per_e * (radius / self.sharp).max(f32::MIN_POSITIVE).ln();
-        let most = (LEVELS - 1) as f32;
-        // The sum may round up.
-        (most - sharper.clamp(0.0, most) + u).min(most) as u8
-    }
-}
-
 /// Chooses a term in proportion to the power it could send on. None where nothing is reflected.
 fn choose_term<P: Power>(
     bsdf: &Bsdf,
@@ -455,17 +306,6 @@ fn choose_term<P: Power>(
     }
 }
 
-impl PhotonClasses {
-    /// True when photons of this class are of use.
-    pub fn contains(self, class: PathClass) -> bool {
-        match class {
-            PathClass::Direct => self.direct,
-            PathClass::Caustic => self.caustic,
-            PathClass::Indirect => self.indirect,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -473,34 +313,6 @@ mod tests {
     use crate::optics::{Dielectric, Diffuse, Lobe};
     use crate::scene::{Camera, Illumination, Luminaire, Mesh, Projection, Scene, Surface};
     use glam::DVec3;
-
-    #[test]
-    fn radii_follow_the_beam() {
-        let camera = Camera::look_at(Vec3::ZERO, -Vec3::Z, Vec3::Y, Projection::Perspective { yfov: 0.7 });
-        let (sharp, wide, paths) = (2.0_f32, 18.0_f32, 1000.0);
-        let disk = ENOUGH / (std::f32::consts::PI * paths);
-        let levels =
-            Levels { view: camera.view(1.0), height: 100, disk, sharp, per_e: 2.0 / (wide / sharp).ln() };
-        let position = Vec3::new(0.0, 1.0, -7.0);
-        let footprint = levels.view.footprint_at(position, 100);
-        // The area of the beam of which a disk of this radius in footprints holds enough.
-        let area = |radius: f32| (radius * footprint).powi(2) / disk;
-        for (radius, level) in [(0.0, 2), (1.0, 2), (18.0, 0), (1e4, 0)] {
-            for u in [0.0, 0.5, 1.0_f32.next_down()] {
-                assert_eq!(levels.of_beam(position, area(radius), u), level, "{radius}");
-            }
-        }
-        // Between two radii chance takes either, so that logarithms are met in the mean.
-        let taken = |radius, u| 18.0 / 3.0_f32.powi(levels.of_beam(position, area(radius), u).into());
-        for radius in [2.2, 4.0, 6.0, 9.0, 15.0_f32] {
-            let n = 1000;
-            let mean =
-                (0..n).map(|i| taken(radius, (i as f32 + 0.5) / n as f32).ln()).sum::<f32>() / n as f32;
-            assert!((mean - radius.ln()).abs() < 2e-3, "{radius}: {}", mean.exp());
-        }
-        let even = Levels { per_e: 0.0, ..levels };
-        assert_eq!(even.of_beam(position, 0.0, 0.5), even.of_beam(position, area(1e4), 0.5));
-    }
 
     /// A floor at y = 0 below a sheet of glass at y = 1, and lights of equal power.
     fn below_glass(lights: &[Vec3]) -> Scene {
@@ -544,11 +356,11 @@ mod tests {
         // Four hundredths of the light come back from the glass, and of two lights one shines elsewhere.
         let lights = [Vec3::new(0.0, 0.5, 0.0), Vec3::new(1000.0, 0.5, 0.0)];
         for lights in [&lights[..1], &lights] {
-            let settings = Settings { paths: Some(2_000_000), ..Settings::for_film(64, 64) };
-            let plan = Plan::new(below_glass(lights), settings);
-            // Beams do not know of a guide, which would make paths denser here.
-            let photon_plan = PhotonPlan { guide: None, ..plan.photons.clone().expect("caustics") };
-            let photons = shoot::<Invisible>(&plan, &photon_plan, 0);
+            let plan = Plan::new(below_glass(lights), Settings::for_film(64, 64));
+            let mut frame = Frame::asked(&plan);
+            // Beams do not know of a guide, which would make paths denser here: there is none yet.
+            frame.photons = frame.photons.map(|photons| photons.with_paths(2_000_000));
+            let photons = shoot::<Invisible>(&plan, &frame, 0);
             let side = 0.4;
             let near = |photon: &&Photon<Invisible>| {
                 let [x, y, z] = photon.position.abs().to_array();
@@ -558,7 +370,7 @@ mod tests {
             let n = caustic().count() as f32;
             let density = n / (2.0 * side).powi(2);
             let expected = (ENOUGH / (std::f32::consts::PI * density)).sqrt().ln();
-            let (view, radii) = (plan.scene.camera.view(1.0), plan.settings.caustic_radii());
+            let (view, radii) = (plan.scene.camera.view(1.0), frame.caustic_radii());
             let radius = |photon: &Photon<Invisible>| {
                 radii[usize::from(photon.level)] * view.footprint_at(photon.position, 64)
             };

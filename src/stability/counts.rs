@@ -6,7 +6,7 @@ use crate::light::Invisible;
 use crate::photon_map::PhotonMap;
 use crate::plan::{Direct, Settings};
 use crate::scene::{Illumination, Projection, Scene};
-use crate::shoot::Photon;
+use crate::photon::Photon;
 use glam::Vec3;
 
 pub(super) const CASES: &[Case] = &[

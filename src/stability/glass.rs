@@ -6,6 +6,7 @@ use crate::light::{Invisible, Light};
 use crate::optics::{Dielectric, Lobe, Mirror};
 use crate::plan::Plan;
 use crate::scene::{Illumination, Luminaire, SpotCone};
+use crate::pilot::learn;
 use crate::shoot::shoot;
 use glam::Vec3;
 
@@ -103,15 +104,13 @@ fn shot(what: &str, add: impl Fn(&mut Build)) -> (String, (f64, f64)) {
         cone,
     });
     let plan = Plan::new(build.finish(), film(8, 8, 4000));
-    let passes: Vec<f64> = (0..24)
-        .map(|pass| {
-            plan.photons.as_ref().map_or(0.0, |photons| {
-                let shot = shoot::<Invisible>(&plan, photons, pass);
-                let arrived = shot.by_class[1].iter().filter(|photon| photon.position.y == 0.0);
-                arrived.map(|photon| f64::from(photon.power.0.x)).sum()
-            })
-        })
-        .collect();
+    let frame = learn(&plan);
+    let arriving = |pass| -> f64 {
+        let shot = shoot::<Invisible>(&plan, &frame, pass);
+        let arrived = shot.by_class[1].iter().filter(|photon| photon.position.y == 0.0);
+        arrived.map(|photon| f64::from(photon.power.0.x)).sum()
+    };
+    let passes: Vec<f64> = (0..24).map(arriving).collect();
     let n = passes.len() as f64;
     let mean = passes.iter().sum::<f64>() / n;
     let variance = passes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);

@@ -2,14 +2,15 @@
 
 use super::{Check, Outcome};
 use crate::error::Result;
+use crate::existence::Existence;
 use crate::film::Layer;
 use crate::light::{Invisible, Light};
-use crate::measure::Existence;
 use crate::path_trace::{Arrival, arriving_power};
-use crate::plan::{Method, PhotonClasses, PhotonPlan, Plan, Settings};
+use crate::photon::Photon;
+use crate::plan::{Frame, Method, PhotonClasses, PhotonPlan, Plan, Settings};
 use crate::render::Render;
 use crate::scene::{Luminaire, Material, Scene};
-use crate::shoot::{Photon, shoot};
+use crate::shoot::shoot;
 use std::time::Instant;
 
 /// Film of the checks: small enough for seconds, large enough for a picture.
@@ -105,7 +106,7 @@ const PLACES: u32 = 16_384;
 /// Power on all surfaces, of both halves and on both sides: photons that are counted, and radiance that is gathered
 /// from places on the surfaces. Geometric normals serve, since interpolated ones keep no energy.
 fn energy(scene: &Scene, settings: &Settings, render: &Render) -> Vec<Check> {
-    let Some(photons) = &render.plan().photons else {
+    let Some(photons) = &render.frame().photons else {
         return vec![Check::fact("photons", "none needed", "none needed")];
     };
     let mut flat = scene.clone();
@@ -114,10 +115,11 @@ fn energy(scene: &Scene, settings: &Settings, render: &Render) -> Vec<Check> {
     let photons =
         PhotonPlan { classes, deposits: vec![true; flat.materials.len()], keep: 1.0, ..photons.clone() };
     let plan = Plan::new(flat, settings.clone());
+    let frame = Frame { photons: Some(photons), ..Frame::asked(&plan) };
     let shot = |pass: u32| {
         let power =
             |photons: &[Photon<Light>]| photons.iter().map(|p| f64::from(p.power.total())).sum::<f64>();
-        let [direct, caustic, indirect] = shoot::<Light>(&plan, &photons, pass).by_class;
+        let [direct, caustic, indirect] = shoot::<Light>(&plan, &frame, pass).by_class;
         Arrival { direct: power(&direct), reflected: power(&caustic) + power(&indirect) }
     };
     let gathered = |pass: u32| arriving_power(&plan.scene, &plan.rays, settings.seed, pass, PLACES);
@@ -132,7 +134,7 @@ fn energy(scene: &Scene, settings: &Settings, render: &Render) -> Vec<Check> {
     } else {
         compare("reflected, W", |arrival| arrival.reflected)
     };
-    let books = keeps_energy(&plan.scene).then(|| books(&plan, &photons));
+    let books = keeps_energy(&plan.scene).then(|| books(&plan, &frame));
     books.into_iter().chain([direct, reflected]).collect()
 }
 
@@ -148,12 +150,12 @@ fn keeps_energy(scene: &Scene) -> bool {
 }
 
 /// The invisible power of all luminaires in closed form, and what is absorbed or escapes of their photons.
-fn books(plan: &Plan, photons: &PhotonPlan) -> Check {
+fn books(plan: &Plan, frame: &Frame) -> Check {
     let (_, radius) = plan.scene.bounding_sphere();
     let powers = plan.scene.luminaires.iter().map(|luminaire| luminaire.power(radius).invisible);
     let emitted = powers.map(|power| power.as_dvec3().element_sum()).sum();
     let kept = |pass: u32| {
-        let ledger = shoot::<Invisible>(plan, photons, pass).ledger;
+        let ledger = shoot::<Invisible>(plan, frame, pass).ledger;
         // The scatter of choosing among lobes is in both `absorbed` and `created`.
         ledger.absorbed - ledger.created + ledger.escaped
     };

@@ -2,7 +2,7 @@
 
 use super::build::{Build, film, look, mean_is};
 use super::{Case, Check, Effort, Rows, Run};
-use crate::measure::Existence;
+use crate::existence::Existence;
 use crate::optics::{Diffuse, Lobe};
 use crate::plan::{Method, Plan};
 use crate::scene::{Illumination, Scene};

@@ -1,6 +1,11 @@
 //! From a luminaire to the start of a photon path.
 
-use super::Beam;
+mod beam;
+mod guide;
+
+pub use beam::Beam;
+pub use guide::Guide;
+
 use crate::light::Power;
 use crate::sampling::warp;
 use crate::scene::{Luminaire, Scene, warn_falloff};
@@ -105,7 +110,7 @@ impl<'a, P: Power> Emitters<'a, P> {
     }
 
     /// The luminaire that `u0` in [0, 1) chooses.
-    pub(super) fn luminaire(&self, u0: f32) -> &Luminaire {
+    fn luminaire(&self, u0: f32) -> &Luminaire {
         &self.scene.luminaires[self.index(f64::from(u0))]
     }
 

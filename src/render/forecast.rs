@@ -3,13 +3,14 @@
 //! Times are processor time over all threads: what else the machine is doing hardly matters to them. Nothing that decides
 //! a picture comes from here.
 
+use crate::existence::Existence;
 use crate::film::Layer;
-use crate::gather::{Connections, Maps, gather};
+use crate::gather::{Maps, gather};
 use crate::light::{Invisible, Light, Power};
-use crate::measure::Existence;
 use crate::memory::Memory;
-use crate::plan::{Method, Omittable, Plan, Settings};
-use crate::render::render_pass;
+use crate::pass::{Kernel, render_pass};
+use crate::pilot::learn;
+use crate::plan::{Frame, Method, Omittable, Plan, Settings};
 use crate::scene::Scene;
 use crate::shoot::shoot;
 use cpu_time::ProcessTime;
@@ -78,67 +79,80 @@ const QUICK: f64 = 0.1;
 
 impl Forecast {
     /// Plans, timed, and looks ahead.
-    pub fn make(scene: Scene, settings: Settings, layers: &[Layer]) -> (Plan, Self) {
+    pub fn make(scene: Scene, settings: Settings, layers: &[Layer]) -> (Plan, Frame, Self) {
         Self::knowing(scene, settings, layers, None)
     }
 
-    fn knowing(scene: Scene, settings: Settings, layers: &[Layer], known: Option<Existence>) -> (Plan, Self) {
-        let (planning, mut plan) = timed(&processor, || Plan::with_existence(scene, settings, known));
-        let forecast = Self::of(&mut plan, planning, layers);
-        (plan, forecast)
+    fn knowing(
+        scene: Scene,
+        settings: Settings,
+        layers: &[Layer],
+        known: Option<Existence>,
+    ) -> (Plan, Frame, Self) {
+        let (planning, (plan, frame)) = timed(&processor, || planned(scene, settings, known));
+        let forecast = Self::of(&plan, &frame, planning, layers);
+        (plan, frame, forecast)
     }
 
-    fn of(plan: &mut Plan, planning: f64, layers: &[Layer]) -> Self {
-        let memory = Memory::of(plan, layers);
-        // Where there is no image a pass would mean nothing.
-        if plan.existence.is_refuted() && plan.settings.max_reflections.is_none() {
+    fn of(plan: &Plan, frame: &Frame, planning: f64, layers: &[Layer]) -> Self {
+        let memory = Memory::of(plan, frame, layers);
+        if plan.is_endless() {
             return Self { memory, planning, pass: Stages::default(), took: 0.0 };
         }
-        let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
-        let share = shrink(plan, PILOT);
-        let mut pass = time(plan, &processor);
+        let (small, share) = shrunk(frame, PILOT);
+        let mut pass = time(plan, &small, &processor);
         let took = pass.total();
         for _ in 1..TIMES {
-            let again = if took < LONG { time(plan, &processor) } else { break };
+            let again = if took < LONG { time(plan, &small, &processor) } else { break };
             if again.total() < pass.total() {
                 pass = again;
             }
         }
-        (plan.settings, plan.photons) = (asked, photons);
         Self { memory, planning, pass: pass.scaled(1.0 / share), took }
     }
 }
 
+fn planned(scene: Scene, settings: Settings, known: Option<Existence>) -> (Plan, Frame) {
+    let plan = Plan::with_existence(scene, settings, known);
+    let frame = learn(&plan);
+    (plan, frame)
+}
+
 /// Seconds of a pass on the clock on the wall, all threads at work.
-pub(crate) fn seconds_of_a_pass(plan: &mut Plan) -> Stages {
-    let (asked, photons) = (plan.settings.clone(), plan.photons.clone());
-    let share = shrink(plan, PACED);
+pub(super) fn seconds_of_a_pass(plan: &Plan, frame: &Frame) -> Stages {
+    let (small, share) = shrunk(frame, PACED);
     let begin = Instant::now();
     let clock = || begin.elapsed().as_secs_f64();
-    let mut pass = time(plan, &clock);
+    let mut pass = time(plan, &small, &clock);
     // The first touches everything for the first time.
     if pass.total() < QUICK {
-        pass = time(plan, &clock);
+        pass = time(plan, &small, &clock);
     }
-    (plan.settings, plan.photons) = (asked, photons);
     pass.scaled(1.0 / share)
 }
 
 /// What each omission of a plan saves: the same plan once more with that thing in it. None: a pass takes too long to try.
-pub fn savings(scene: &Scene, plan: &Plan, without: &Forecast, layers: &[Layer]) -> Option<Vec<Saving>> {
+pub fn savings(
+    scene: &Scene,
+    plan: &Plan,
+    frame: &Frame,
+    without: &Forecast,
+    layers: &[Layer],
+) -> Option<Vec<Saving>> {
     if without.took > LONG {
         return None;
     }
     // Whether there is an image is found out once; it is the same for all but its own omission.
     let known = Some(plan.existence.clone());
-    let (planning, _) =
-        timed(&processor, || Plan::with_existence(scene.clone(), plan.settings.clone(), known.clone()));
+    // So is who serves direct light.
+    let asked = Settings { direct: frame.direct, ..plan.settings.clone() };
+    let (planning, _) = timed(&processor, || planned(scene.clone(), asked.clone(), known.clone()));
     let saving = |name: &'static str| {
         let keep: Omittable = name.parse().expect("an omission's name");
-        let mut settings = plan.settings.clone();
+        let mut settings = asked.clone();
         settings.keep.push(keep);
         let known = if keep == Omittable::Existence { None } else { known.clone() };
-        let (_, with) = Forecast::knowing(scene.clone(), settings, layers, known);
+        let (.., with) = Forecast::knowing(scene.clone(), settings, layers, known);
         Saving {
             name,
             pass: with.pass.total() / without.pass.total() - 1.0,
@@ -149,45 +163,42 @@ pub fn savings(scene: &Scene, plan: &Plan, without: &Forecast, layers: &[Layer])
     Some(plan.omissions.iter().map(|omission| saving(omission.name)).collect())
 }
 
-/// Makes the pass smaller, pixels and photons alike, `most` of either, and says by how much. Queries meet as many photons as before.
-fn shrink(plan: &mut Plan, most: f64) -> f64 {
-    let Settings { width, height, .. } = plan.settings;
+/// A smaller pass, pixels and photons alike, `most` of either, and how much of the whole it is. Queries meet as many photons as before.
+fn shrunk(frame: &Frame, most: f64) -> (Frame, f64) {
+    let Frame { width, height, .. } = *frame;
     let pixels = f64::from(width) * f64::from(height);
-    let paths = plan.photons.as_ref().map_or(0.0, |photons| f64::from(photons.paths));
-    let lines = plan.photons.as_ref().map_or(0.0, |photons| paths * photons.per_path.lines);
+    let paths = frame.photons.as_ref().map_or(0.0, |photons| f64::from(photons.paths));
+    let lines = frame.photons.as_ref().map_or(0.0, |photons| paths * photons.per_path.lines);
     let share = (most / pixels.max(paths)).min(PILOT_LINES / lines).min(1.0);
     let side = |side: u32| ((share.sqrt() * f64::from(side)).round() as u32).max(1);
-    (plan.settings.width, plan.settings.height) = (side(width), side(height));
-    let Some(photons) = &mut plan.photons else {
-        return f64::from(plan.settings.width) * f64::from(plan.settings.height) / pixels;
+    let mut small = Frame { width: side(width), height: side(height), ..frame.clone() };
+    let Some(photons) = &mut small.photons else {
+        let share = small.pixels() as f64 / pixels;
+        return (small, share);
     };
     photons.paths = ((share * paths).round() as u32).max(1);
-    f64::from(photons.paths) / paths
+    let share = f64::from(photons.paths) / paths;
+    (small, share)
 }
 
 /// The stages of a pass.
-fn time(plan: &Plan, clock: &dyn Fn() -> f64) -> Stages {
-    let both = plan.photons.as_ref().is_some_and(|photons| photons.both_halves);
-    match (plan.settings.method, both, plan.settings.invisible) {
-        (Method::Path | Method::PathPlain, ..) => {
-            let connections = Connections::new(plan);
-            let (gather, _) = timed(clock, || render_pass(plan, &connections, u32::MAX, &[Layer::Visible]));
-            Stages { gather, ..Stages::default() }
-        }
-        (Method::Photon, false, false) => stages::<Invisible, 1>(plan, clock),
-        (Method::Photon, false, true) => stages::<Invisible, 2>(plan, clock),
-        (Method::Photon, true, false) => stages::<Light, 1>(plan, clock),
-        (Method::Photon, true, true) => stages::<Light, 2>(plan, clock),
+fn time(plan: &Plan, frame: &Frame, clock: &dyn Fn() -> f64) -> Stages {
+    if plan.settings.method != Method::Photon {
+        let (gather, _) = timed(clock, || render_pass(plan, frame, u32::MAX, &[Layer::Visible]));
+        return Stages { gather, ..Stages::default() };
+    }
+    match Kernel::of(plan, frame) {
+        Kernel { both_halves: false, invisible: false } => stages::<Invisible, 1>(plan, frame, clock),
+        Kernel { both_halves: false, invisible: true } => stages::<Invisible, 2>(plan, frame, clock),
+        Kernel { both_halves: true, invisible: false } => stages::<Light, 1>(plan, frame, clock),
+        Kernel { both_halves: true, invisible: true } => stages::<Light, 2>(plan, frame, clock),
     }
 }
 
-fn stages<P: Power, const R: usize>(plan: &Plan, clock: &dyn Fn() -> f64) -> Stages {
-    let connections = Connections::new(plan);
-    let shot =
-        || plan.photons.as_ref().map_or_else(crate::render::no_photons, |p| shoot::<P>(plan, p, u32::MAX));
-    let (shoot, photons) = timed(clock, shot);
-    let (maps, built) = timed(clock, || Maps::build(photons, plan, 0));
-    let (gather, _) = timed(clock, || gather::<P, R>(plan, &connections, &built, u32::MAX));
+fn stages<P: Power, const R: usize>(plan: &Plan, frame: &Frame, clock: &dyn Fn() -> f64) -> Stages {
+    let (shoot, photons) = timed(clock, || shoot::<P>(plan, frame, u32::MAX));
+    let (maps, built) = timed(clock, || Maps::build(photons, plan, frame, 0));
+    let (gather, _) = timed(clock, || gather::<P, R>(plan, frame, &built, u32::MAX));
     Stages { shoot, maps, gather }
 }
 

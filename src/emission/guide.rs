@@ -4,22 +4,14 @@
 //! whether glass is in the way) holds a density. It is bounded from below, so that nothing is missed: a guide that is
 //! wrong costs noise, not truth. The map from even to guided numbers goes axis by axis, which keeps them stratified.
 
-use super::emission::{EMISSION_DIMENSIONS, Emitted, Emitters};
-use super::{PathClass, Walk};
-use crate::light::{Light, Power};
-use crate::plan::{PhotonPlan, Plan};
-use crate::sampling::{Rng, Sobol, Stream, hash};
+use super::{EMISSION_DIMENSIONS, Emitted, Emitters};
+use crate::light::Power;
 use crate::scene::Luminaire;
-use rayon::prelude::*;
 
 /// Cells along the choice of the luminaire.
 const SLABS: usize = 4;
 /// Cells along each of the two numbers that aim.
 const SIDE: usize = 32;
-/// Paths to learn from: four a cell.
-const LESSONS: u32 = (4 * SLABS * SIDE * SIDE) as u32;
-/// Reflections that a lesson follows: caustics begin with few, and in bright rooms paths may be thousands long.
-const LESSON_REFLECTIONS: u32 = 8;
 /// The share of paths that is guided; the rest starts as it would without.
 const GUIDED: f32 = 0.1;
 
@@ -35,41 +27,18 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Learns which starts end in caustics that are deposited. None: no path does, and there is nothing to guide.
-    pub fn learn(plan: &Plan, photon_plan: &PhotonPlan) -> Option<Self> {
-        if !photon_plan.classes.caustic {
-            return None;
-        }
-        let most = photon_plan.max_reflections.min(LESSON_REFLECTIONS);
-        let photon_plan = &PhotonPlan { max_reflections: most, ..photon_plan.clone() };
-        let emitters = Emitters::<Light>::new(&plan.scene)?;
-        let sobol = Sobol::new(hash(plan.settings.seed ^ hash(Stream::Measure as u64)));
-        let led_to_caustics: Vec<Option<usize>> = (0..LESSONS)
-            .into_par_iter()
-            .map_init(
-                || Walk::<Light>::new(plan, photon_plan, LESSONS),
-                |walk, path| {
-                    let rng = Rng::new(plan.settings.seed, Stream::Shoot, u32::MAX, u64::from(path));
-                    let u = sobol.point(path, 0);
-                    // What one path leaves behind must not matter to the next.
-                    walk.forget();
-                    walk.follow(emitters.emit(LESSONS, u), rng);
-                    let caustic = &walk.photons.by_class[PathClass::Caustic as usize];
-                    (!caustic.is_empty()).then(|| {
-                        let aim = emitters.aim(u[0]);
-                        let place = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
-                        (place(u[0], SLABS) * SIDE + place(u[aim], SIDE)) * SIDE + place(u[aim + 1], SIDE)
-                    })
-                },
-            )
-            .collect();
-        let mut counts = vec![0.0; SLABS * SIDE * SIDE];
-        led_to_caustics.into_iter().flatten().for_each(|cell| counts[cell] += 1.0);
-        Self::new(&counts)
+    /// Numbers of cells.
+    pub const CELLS: usize = SLABS * SIDE * SIDE;
+
+    /// The cell of a path that starts by the numbers `u`.
+    pub fn cell<P: Power>(emitters: &Emitters<'_, P>, u: [f32; EMISSION_DIMENSIONS]) -> usize {
+        let aim = emitters.aim(u[0]);
+        let place = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
+        (place(u[0], SLABS) * SIDE + place(u[aim], SIDE)) * SIDE + place(u[aim + 1], SIDE)
     }
 
-    /// From how many paths of each cell were of use.
-    fn new(counts: &[f32]) -> Option<Self> {
+    /// From how many paths of each cell were of use. None where none was.
+    pub fn new(counts: &[f32]) -> Option<Self> {
         // Neighbours lend each other what few paths cannot tell. Noise falls fastest where starts are as dense as the
         // root of what they bring.
         let wish: Vec<f32> = (0..counts.len())
@@ -146,6 +115,7 @@ fn invert<const N: usize>(cumulative: &[f32; N], u: f32) -> (usize, f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::Sobol;
 
     #[test]
     fn densities_have_mean_one_and_are_bounded_from_below() {

@@ -6,12 +6,12 @@
 //! too, and the mean difference D bounds the bias, because a bias that grows at least in proportion to the radius
 //! is no larger than what doubling the radius adds to it.
 
-use super::{Metrics, Moments};
 use crate::error::{Error, Result};
 use crate::film::{Header, Image, Layer, PassImage, Value, read_exr, write_image_exr};
-use crate::gather::Connections;
-use crate::plan::{Method, Plan, Settings};
-use crate::render::render_pass;
+use crate::measure::{Metrics, Moments};
+use crate::pass::render_pass;
+use crate::pilot::learn_photons;
+use crate::plan::{Frame, Method, Plan, Settings};
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -155,7 +155,7 @@ impl Reference {
         OwnError { noise, bias, total }
     }
 
-    /// What its noise adds to the figures of [`compare`](super::compare), which has the same weights.
+    /// What its noise adds to the figures of [`compare`](crate::measure::compare), which has the same weights.
     pub fn noise_share(&self, left_out: &[bool]) -> NoiseShare {
         let counted = self.error.iter().zip(left_out).filter(|(_, out)| !**out).map(|(error, _)| error);
         let (sum, count) = counted
@@ -211,7 +211,7 @@ pub fn candidates(scene: &Scene, settings: &Settings) -> Vec<Method> {
 /// Makes a reference, keeps it in a file, and makes it better on demand.
 pub struct ReferenceMaker {
     plan: Plan,
-    connections: Connections,
+    frame: Frame,
     file: PathBuf,
     key: String,
     picture: Moments,
@@ -242,11 +242,12 @@ impl ReferenceMaker {
         let file = folder.join(format!("reference-{}-{:016x}.exr", &slug[begin..], fingerprint(&key)));
         let pixels = width as usize * height as usize;
         let plan = Plan::new(scene.clone(), settings);
-        let connections = Connections::new(&plan);
+        // With connections: photons that a pilot might find better would blur what is held against them.
+        let frame = learn_photons(&plan);
         let empty = Moments::new(pixels);
         let mut maker = Self {
             plan,
-            connections,
+            frame,
             file,
             key,
             picture: empty.clone(),
@@ -276,7 +277,7 @@ impl ReferenceMaker {
 
     /// Camera samples taken so far, in earlier runs too.
     pub fn camera_samples(&self) -> u64 {
-        self.plan.settings.camera_samples() * u64::from(self.picture.passes())
+        self.frame.camera_samples(self.method()) * u64::from(self.picture.passes())
     }
 
     /// Renders until so many seconds have been spent on it in all, and keeps the result in the file.
@@ -310,22 +311,15 @@ impl ReferenceMaker {
 
     fn pass(&mut self) {
         let pass = self.picture.passes();
-        let image = render_pass(&self.plan, &self.connections, pass, &[Layer::Visible, Layer::Emitted]).0;
+        let image = render_pass(&self.plan, &self.frame, pass, &[Layer::Visible, Layer::Emitted]).0;
         let visible = plane(&image, Layer::Visible);
         if self.plan.settings.method == Method::Photon && pass.is_multiple_of(WIDE_EVERY) {
-            self.scale_radius(2.0);
-            let wide = render_pass(&self.plan, &self.connections, pass, &[Layer::Visible]).0;
-            self.scale_radius(0.5);
+            let wide = render_pass(&self.plan, &self.frame.with_radii(2.0), pass, &[Layer::Visible]).0;
             let pairs = plane(&wide, Layer::Visible).iter().zip(visible);
             self.doubled.add(pairs.map(|(wide, narrow)| wide.as_dvec3() - narrow.as_dvec3()));
         }
         self.emitted.add(plane(&image, Layer::Emitted).iter().map(|v| v.as_dvec3()));
         self.picture.add(visible.iter().map(|v| v.as_dvec3()));
-    }
-
-    fn scale_radius(&mut self, by: f32) {
-        self.plan.settings.caustic_radius *= by;
-        self.plan.settings.indirect_radius *= by;
     }
 
     fn image(&self) -> Image {

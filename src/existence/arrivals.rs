@@ -1,10 +1,10 @@
 //! Where generations of light start: at luminaires, and where their light arrives.
 
 use super::multiplication::{BATCHES, Photon, Population, resample, total};
+use crate::emission::{EMISSION_DIMENSIONS, Emitters};
 use crate::light::Light;
 use crate::sampling::{Rng, Stream};
 use crate::scene::{Luminaire, Scene};
-use crate::shoot::{EMISSION_DIMENSIONS, Emitters};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -1,23 +1,21 @@
-//! A render: one plan, passes that are independent of each other, one film.
-//!
-//! A pass reads: shoot photons, build the maps, gather. Which kernels serve (one half or both on the way, one picture
-//! or two at the camera) is matched once per pass, outside all loops.
+//! A render: one plan, what pilots learn about it, passes that are independent of each other, one film.
+
+mod forecast;
+
+pub use crate::pass::render_pass;
+pub use crate::pilot::{learn, learn_photons};
+pub use forecast::{Forecast, Saving, Stages, savings};
 
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
-use crate::film::{Film, Header, Layer, PassImage};
-use crate::forecast::{self, Stages};
-use crate::gather::{Connections, Gathered, Maps, Parts, Pixel, gather};
-use crate::light::{Invisible, Light, Power};
-use crate::measure::{Existence, Multiplication};
+use crate::existence::{Existence, Multiplication};
+use crate::film::{Film, Header, Layer};
 use crate::memory::Memory;
-use crate::path_trace::{PathSettings, Rows, Strength, trace_pass_until, unreachable_luminaires};
-use crate::pilot::choose_direct;
-use crate::plan::{Direct, Method, Plan, Settings};
+use crate::pass::pass_image;
+use crate::path_trace::unreachable_luminaires;
+use crate::plan::{Frame, Method, Plan, Settings};
 use crate::scene::Scene;
-use crate::shoot::{Ledger, Photons, shoot};
 use crate::stop::Stop;
-use glam::Vec3;
 
 /// A render in progress.
 ///
@@ -35,7 +33,7 @@ use glam::Vec3;
 /// ```
 pub struct Render {
     plan: Plan,
-    connections: Connections,
+    frame: Frame,
     film: Film,
     atlas: Option<AtlasRun>,
     /// The scene's illumination in words.
@@ -61,43 +59,48 @@ impl Render {
         let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
         Memory::of_pixels(&settings, &layers).check(settings.memory)?;
         let illumination = scene.describe_illumination();
-        let (plan, connections, atlas) = if settings.atlas {
+        let (plan, frame, atlas) = if settings.atlas {
             plan_atlas(&scene, settings, &layers)?
         } else {
             plan_picture(scene, settings)?
         };
-        Memory::of(&plan, &layers).check(plan.settings.memory)?;
-        let film = Film::new(plan.settings.width, plan.settings.height, &layers);
+        Memory::of(&plan, &frame, &layers).check(plan.settings.memory)?;
+        let film = Film::new(frame.width, frame.height, &layers);
         let seconds = begin.elapsed().as_secs_f64();
-        Ok(Self { plan, connections, film, atlas, illumination, stored: 0, seconds })
+        Ok(Self { plan, frame, film, atlas, illumination, stored: 0, seconds })
     }
 
     /// Passes look at `stop` and are dropped when it is asked; [`passes`](Self::passes) then returns 0.
     pub fn stop_at(&mut self, stop: Stop) {
-        self.plan.stop = stop;
+        self.frame.stop = stop;
     }
 
     /// Makes passes to come smaller or larger: photon paths of a pass, or camera samples of a pixel where paths are traced.
     pub fn set_pass_size(&mut self, size: u32) {
-        match self.plan.photons.take() {
-            Some(photons) => self.plan.photons = Some(photons.with_paths(size.max(1))),
-            None => self.plan.settings.samples = size.max(1),
+        match self.frame.photons.take() {
+            Some(photons) => self.frame.photons = Some(photons.with_paths(size.max(1))),
+            None => self.frame.samples = size.max(1),
         }
     }
 
     /// What [`set_pass_size`](Self::set_pass_size) sets.
     pub fn pass_size(&self) -> u32 {
-        self.plan.photons.as_ref().map_or(self.plan.settings.samples, |photons| photons.paths)
+        self.frame.photons.as_ref().map_or(self.frame.samples, |photons| photons.paths)
     }
 
     /// Seconds that a pass will take on this machine, by a small one on the clock.
-    pub fn seconds_of_a_pass(&mut self) -> Stages {
-        forecast::seconds_of_a_pass(&mut self.plan)
+    pub fn seconds_of_a_pass(&self) -> Stages {
+        forecast::seconds_of_a_pass(&self.plan, &self.frame)
     }
 
     /// What is done and what is left out.
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// How passes are rendered.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// The sums so far.
@@ -130,19 +133,18 @@ impl Render {
     pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
         let first = self.film.passes();
-        let biased = self.plan.photons.is_some().then_some(Layer::Bias);
+        let biased = self.frame.photons.is_some().then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let images = match &mut self.atlas {
             None => {
-                let image = render_pass(&self.plan, &self.connections, first, &planes);
+                let image = render_pass(&self.plan, &self.frame, first, &planes);
                 // It may have been given up on the way.
-                if self.plan.stop.asked() { Vec::new() } else { vec![image] }
+                if self.frame.stop.asked() { Vec::new() } else { vec![image] }
             }
             Some(atlas) => {
                 let passes = first..first + atlas.together().min(most).max(1);
-                let gathered = atlas.passes(&self.plan, &self.connections, passes);
-                let image =
-                    |(gathered, stored)| (pass_image(&self.plan.settings, &gathered, &planes), stored);
+                let gathered = atlas.passes(&self.plan, &self.frame, passes);
+                let image = |(gathered, stored)| (pass_image(&self.frame, &gathered, &planes), stored);
                 gathered.into_iter().map(image).collect()
             }
         };
@@ -156,7 +158,8 @@ impl Render {
 
     /// Facts about the picture for its file.
     pub fn header(&self) -> Header {
-        let Plan { scene, settings, photons, omissions, existence, scene_hash, .. } = &self.plan;
+        let Plan { scene, settings, omissions, existence, scene_hash, .. } = &self.plan;
+        let photons = &self.frame.photons;
         let omitted: Vec<_> = omissions.iter().map(|omission| omission.name).collect();
         let mut header = Header::new()
             .with("version", env!("CARGO_PKG_VERSION"))
@@ -169,7 +172,7 @@ impl Render {
             .with("paths_per_pass", photons.as_ref().map_or(0, |photons| photons.paths))
             .with("photons", self.stored.to_string())
             .with("omitted", omitted.join(" "))
-            .with("plan", self.plan.one_line())
+            .with("plan", self.frame.one_line(&self.plan))
             .with("seconds", self.seconds);
         match existence {
             _ if self.atlas.is_some() => {} // that of the whole square is in the atlas
@@ -203,77 +206,23 @@ impl ErrorEstimate {
     }
 }
 
-type Planned = (Plan, Connections, Option<AtlasRun>);
+type Planned = (Plan, Frame, Option<AtlasRun>);
 
 fn plan_atlas(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Planned> {
-    let (mut plan, at) = atlas::plan(scene, settings)?;
-    let atlas = Some(AtlasRun::new(&mut plan, at, layers)?);
-    let connections = Connections::new(&plan);
-    Ok((plan, connections, atlas))
+    let (plan, at) = atlas::plan(scene, settings)?;
+    let (atlas, frame) = AtlasRun::new(&plan, at, layers)?;
+    Ok((plan, frame, Some(atlas)))
 }
 
 fn plan_picture(scene: Scene, settings: Settings) -> Result<Planned> {
-    let auto = settings.direct == Direct::Auto;
-    let mut plan = Plan::new(scene, settings);
-    if plan.settings.max_reflections.is_none()
+    let plan = Plan::new(scene, settings);
+    if plan.is_endless()
         && let Some(refusal) = plan.existence.refusal(&plan.scene)
     {
         return Err(Error::NoImage(refusal));
     }
-    let connections = Connections::new(&plan);
-    if auto {
-        choose_direct(&mut plan, &connections);
-    }
-    Ok((plan, connections, None))
-}
-
-/// One pass on its own: its planes, and how many photons it stored. A function of (plan, pass), whatever the threads.
-pub fn render_pass(plan: &Plan, connections: &Connections, pass: u32, planes: &[Layer]) -> (PassImage, u64) {
-    match plan.settings.method {
-        Method::Photon => {}
-        Method::Path => return (path_pass(plan, Strength::NextEvent, pass, planes), 0),
-        Method::PathPlain => return (path_pass(plan, Strength::Plain, pass, planes), 0),
-    }
-    match (plan.photons.as_ref().is_some_and(|photons| photons.both_halves), plan.settings.invisible) {
-        (false, false) => pass_with::<Invisible, 1>(plan, connections, pass, planes),
-        (false, true) => pass_with::<Invisible, 2>(plan, connections, pass, planes),
-        (true, false) => pass_with::<Light, 1>(plan, connections, pass, planes),
-        (true, true) => pass_with::<Light, 2>(plan, connections, pass, planes),
-    }
-}
-
-fn pass_with<P: Power, const R: usize>(
-    plan: &Plan,
-    connections: &Connections,
-    pass: u32,
-    planes: &[Layer],
-) -> (PassImage, u64) {
-    let photons = plan.photons.as_ref().map_or_else(no_photons, |photons| shoot::<P>(plan, photons, pass));
-    let stored = photons.by_class.iter().map(|class| class.len() as u64).sum();
-    let maps = Maps::build(photons, plan, pass);
-    let gathered = gather::<P, R>(plan, connections, &maps, pass);
-    (pass_image(&plan.settings, &gathered, planes), stored)
-}
-
-fn pass_image<const R: usize>(settings: &Settings, gathered: &Gathered<R>, planes: &[Layer]) -> PassImage {
-    let planes = planes.iter().map(|&layer| (layer, plane(gathered, layer))).collect();
-    PassImage { width: settings.width, height: settings.height, planes }
-}
-
-fn path_pass(plan: &Plan, strength: Strength, pass: u32, planes: &[Layer]) -> PassImage {
-    let Settings { width, height, samples, seed, invisible, max_reflections, .. } = plan.settings;
-    let rows = if invisible { Rows::VisibleAndInvisible } else { Rows::Visible };
-    let settings =
-        PathSettings { width, height, samples_per_pixel: samples, seed, strength, rows, max_reflections };
-    let picture = trace_pass_until(&plan.scene, &plan.rays, &settings, pass, &plan.stop);
-    let plane = |layer: Layer| match layer {
-        Layer::Visible => picture.visible.clone(),
-        Layer::Invisible => picture.invisible.clone().expect("traced when it is among the layers"),
-        Layer::Emitted => picture.emitted.clone(),
-        _ => unreachable!("layers were checked"),
-    };
-    let planes = planes.iter().map(|&layer| (layer, plane(layer))).collect();
-    PassImage { width, height, planes }
+    let frame = learn(&plan);
+    Ok((plan, frame, None))
 }
 
 /// What the method cannot do.
@@ -296,25 +245,4 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-pub(crate) fn no_photons<P>() -> Photons<P> {
-    Photons { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
-}
-
-fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {
-    let each = |value: fn(&Pixel<R>) -> Vec3| gathered.pixels.iter().map(value).collect();
-    match layer {
-        Layer::Visible => each(|pixel| pixel.parts[0].total()),
-        Layer::Invisible => each(|pixel| pixel.parts.get(1).map_or(Vec3::ZERO, Parts::total)),
-        Layer::Emitted => each(|pixel| pixel.parts[0].emitted),
-        Layer::Direct => each(|pixel| pixel.parts[0].direct),
-        Layer::Caustic => each(|pixel| pixel.parts[0].caustic),
-        Layer::Indirect => each(|pixel| pixel.parts[0].indirect),
-        Layer::Depth => each(|pixel| Vec3::new(pixel.depth, 0.0, 0.0)),
-        Layer::Normal => each(|pixel| pixel.normal),
-        Layer::Albedo => each(|pixel| pixel.albedo),
-        Layer::Bias => each(|pixel| pixel.bias),
-        Layer::Error => unreachable!("the error is derived from the passes"),
-    }
 }

@@ -1,12 +1,15 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
+//!
+//! Where nothing hides a uniformly bright triangle its irradiance has a closed form, which [`Connections::unhidden`] sums.
 
-use super::polygon::{Facet, Plane};
+mod polygon;
+
+use crate::emission::ALIKE;
 use crate::light::Light;
-use crate::plan::{Plan, Visibility, summed_and_others};
 use crate::rays::Segment;
 use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between, warn_falloff};
-use crate::shoot::ALIKE;
 use glam::{DVec3, Vec3};
+use polygon::{Facet, Plane};
 use std::ops::Add;
 
 /// Light that arrives at a camera hit along one connection.
@@ -32,17 +35,35 @@ pub struct Connections {
     cumulative: Vec<f64>,
 }
 
+/// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
+const SUMMED_PUNCTUALS: usize = 16;
+
+/// By index: punctual luminaires that are all connected at every hit, and the others.
+pub(crate) fn summed_and_others(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
+    let all = 0..scene.luminaires.len() as u32;
+    let is_delta = |i: &u32| scene.luminaires[*i as usize].is_delta();
+    if all.clone().filter(is_delta).count() > SUMMED_PUNCTUALS {
+        return (Vec::new(), all.collect());
+    }
+    all.partition(is_delta)
+}
+
 impl Connections {
-    /// Decides which luminaires are summed and which are chosen from.
-    pub fn new(plan: &Plan) -> Self {
-        let scene = &plan.scene;
+    /// To no luminaire.
+    pub fn none() -> Self {
+        Self { every: Vec::new(), closed_form: Vec::new(), one_of: Vec::new(), cumulative: Vec::new() }
+    }
+
+    /// Decides which luminaires are summed and which are chosen from. Those of `closed_form`, by index, have an irradiance that is
+    /// known where nothing hides them: everywhere, if `all_is_seen`.
+    pub fn new(scene: &Scene, closed_form: &[u32], all_is_seen: bool) -> Self {
         let (_, radius) = scene.bounding_sphere();
         let (every, others) = summed_and_others(scene);
-        let closed_form = Facet::of(scene, &plan.closed_form);
+        let closed_form = Facet::of(scene, closed_form);
         let (mut one_of, mut cumulative) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
         // Where nothing is hidden the closed form is all.
-        let hidden = closed_form.is_empty() || plan.visibility != Visibility::Everywhere;
+        let hidden = closed_form.is_empty() || !all_is_seen;
         for i in others.into_iter().filter(|_| hidden) {
             let power = f64::from(scene.luminaires[i as usize].power(radius).total());
             if power > 0.0 {
@@ -77,7 +98,7 @@ impl Connections {
 
     /// Irradiance (W m⁻²) on the side of `wo`, of both halves, of the luminaires that have a closed form, as if nothing hid
     /// them.
-    pub(super) fn unhidden(&self, point: &SurfacePoint, wo: Vec3) -> Light {
+    pub fn unhidden(&self, point: &SurfacePoint, wo: Vec3) -> Light {
         let front = point.normals.is_front(wo);
         let shine = self.closed_form.iter().filter(|facet| facet.shines_on(point));
         let light = shine.map(|facet| {
@@ -87,7 +108,7 @@ impl Connections {
     }
 
     /// True when some luminaires have a closed form.
-    pub(super) fn has_closed_form(&self) -> bool {
+    pub fn has_closed_form(&self) -> bool {
         !self.closed_form.is_empty()
     }
 

@@ -1,10 +1,16 @@
 //! Does the image exist? Its series of reflections converges iff the multiplication factor is below one.
 
-use super::chain::{Chain, materials};
-use super::multiplication::{Multiplication, measure};
+mod arrivals;
+mod chain;
+mod multiplication;
+
+pub use multiplication::Multiplication;
+
 use crate::optics::Lobe;
 use crate::rays::Rays;
 use crate::scene::{Material, Scene};
+use chain::{Chain, materials};
+use multiplication::measure;
 
 /// What is known about the multiplication factor k.
 #[derive(Clone, Debug, PartialEq)]

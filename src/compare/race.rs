@@ -94,8 +94,8 @@ fn start(scene: &Scene, course: &Course, method: Method, seed: u64) -> Result<Ru
         method,
         seed,
         setup_seconds: seconds,
-        paths_per_pass: render.plan().photons.as_ref().map_or(0, |photons| photons.paths.into()),
-        samples_per_pass: render.plan().settings.camera_samples(),
+        paths_per_pass: render.frame().photons.as_ref().map_or(0, |photons| photons.paths.into()),
+        samples_per_pass: render.frame().camera_samples(method),
         snapshots: Vec::new(),
     };
     Ok(Runner { render, seconds, run })

@@ -1,0 +1,184 @@
+//! The tally of the atlas: each contribution at its place among the powers of s and t.
+
+use super::places::{ABREAST, ByPlace, Packed, Places};
+use crate::connect::Connection;
+use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally};
+use crate::light::{Light, Matrix, Power, Row};
+use crate::optics::{Diffuse, Lobe, Term};
+use crate::photon::Orders;
+use crate::photon_map::Found;
+use crate::plan::{Direct, Frame, Plan};
+use crate::rays::{Hit, Segment};
+use crate::sampling::Rng;
+use crate::scene::{Material, View};
+use glam::Vec3;
+
+/// Adds up what a row of pixels shows, by place.
+pub(super) struct ByOrder<'a, P> {
+    plan: &'a Plan,
+    frame: &'a Frame,
+    view: View,
+    /// By pass, and so the next two.
+    maps: &'a [Maps<'a, P>],
+    /// Of each map.
+    packed: &'a [Vec<Packed>],
+    nearby: Vec<Nearby>,
+    found: Found,
+    /// Which of the passes it is, from the first.
+    pub pass: usize,
+    places: &'a Places,
+    /// Of a row of pixels.
+    pub kept: Vec<ByPlace>,
+    /// Which of them it is.
+    pub column: usize,
+    between: Vec<Hit>,
+}
+
+impl<'a, P: Power> ByOrder<'a, P> {
+    pub fn new(
+        plan: &'a Plan,
+        frame: &'a Frame,
+        maps: &'a [Maps<'a, P>],
+        packed: &'a [Vec<Packed>],
+        places: &'a Places,
+        kept: Vec<ByPlace>,
+    ) -> Self {
+        let view = plan.scene.camera.view(frame.aspect());
+        let nearby = maps.iter().map(|_| Nearby::default()).collect();
+        let (found, between) = (Found::default(), Vec::new());
+        Self { plan, frame, view, maps, packed, nearby, found, pass: 0, places, kept, column: 0, between }
+    }
+
+    fn connect(
+        &mut self,
+        here: &Here<'_, 1>,
+        term: &Term,
+        (row, orders): (Row, Orders),
+        parts: &mut Parts,
+        rng: &mut Rng,
+    ) {
+        let Here { point, wo, .. } = *here;
+        let Self { plan, places, between, .. } = self;
+        let (kept, column) = (&mut self.kept[self.column / ABREAST], self.column % ABREAST);
+        let mut visit = |connection: Connection| {
+            let f = term.lobe.eval(&point.normals, wo, connection.wi)
+                * connection.wi.dot(point.normals.shading).abs();
+            if f == Vec3::ZERO || row * connection.light == Vec3::ZERO {
+                return;
+            }
+            let (through, crossed) = straight_along(plan, &connection.segment, between);
+            let light: Light = f * (through * connection.light);
+            let place = places.of(orders, crossed);
+            let seen = row * light;
+            kept.add(column, place, seen);
+            parts.direct += places.weight(place) * seen;
+        };
+        let connections = &plan.connections;
+        connections.to_all(&plan.scene, point, &mut visit);
+        connections.to_one(&plan.scene, point, rng.f32x3()).into_iter().for_each(visit);
+    }
+
+    /// What photons bring.
+    fn read_maps(
+        &mut self,
+        here: &Here<'_, 1>,
+        diffuse: &Diffuse,
+        (row, orders): (Row, Orders),
+        pixel: &mut Pixel<1>,
+    ) {
+        let Here { point, wo, .. } = *here;
+        let (maps, packed, places) = (&self.maps[self.pass], &self.packed[self.pass], self.places);
+        if maps.tiers().is_empty() {
+            return;
+        }
+        let footprint = self.view.footprint(here.travelled, self.frame.height);
+        let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
+        let factor = diffuse.towards(&point.normals, wo) * row.invisible;
+        let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
+        let (kept, found) = (&mut self.kept[self.column / ABREAST], &mut self.found);
+        let column = self.column % ABREAST;
+        let around = maps.around(&mut self.nearby[self.pass], point, footprint);
+        let disks = maps.disks(around, point, normal, footprint);
+        for ((tier, photons), near) in maps.tiers().iter().zip(packed).zip(&around.photons) {
+            if near.is_empty() {
+                continue;
+            }
+            let disk = tier.disk(&disks);
+            let flux = tier.find(near, [point.position, normal], disk, most, found);
+            let over_whole = disk.over_whole * factor;
+            let (value, inner) = if orders == Orders::default() {
+                // Most rows; light keeps its place.
+                kept.add_photons(column, photons, found, over_whole);
+                (over_whole * flux.whole.light().invisible, flux.inner.light().invisible)
+            } else {
+                let mut value = Vec3::ZERO;
+                for i in found.places() {
+                    let photon = &photons.photons[*i as usize];
+                    let place = places.behind(orders, photon.place());
+                    let seen = over_whole * photon.0.truncate();
+                    kept.add(column, place, seen);
+                    value += places.weight(place) * seen;
+                }
+                // Row and photons are weighed apart, which forgets that orders beyond the last stored count as the last:
+                // it serves the bias alone.
+                let weight = places.weight(places.of(orders, Orders::default()));
+                (value, weight * flux.inner.light().invisible)
+            };
+            *pixel.parts[0].of(tier.class) += value;
+            pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
+        }
+    }
+}
+
+impl<P: Power> Tally<1> for ByOrder<'_, P> {
+    /// The powers of s and t that a row has.
+    type Mark = Orders;
+
+    fn crossed(orders: Orders, material: &Material) -> Orders {
+        orders.crossed(material)
+    }
+
+    /// The first reflection into the visible half has no s: F(s, t)'s second row is [f_opaque 0].
+    fn reflected(orders: Orders, [row]: &[Row; 1], material: &Material) -> Orders {
+        if row.invisible == Vec3::ZERO { orders } else { orders.reflected(material) }
+    }
+
+    fn wants(&self, orders: Orders) -> bool {
+        !self.places.leaves_out(orders)
+    }
+
+    fn emitted(&mut self, [row]: &[Row; 1], orders: Orders, radiance: Light, pixel: &mut Pixel<1>) {
+        let place = self.places.of(orders, Orders::default());
+        let seen = *row * radiance;
+        self.kept[self.column / ABREAST].add(self.column % ABREAST, place, seen);
+        pixel.parts[0].emitted += self.places.weight(place) * seen;
+    }
+
+    fn read(
+        &mut self,
+        here: &Here<'_, 1>,
+        term: &Term,
+        ([row], orders): ([Row; 1], Orders),
+        pixel: &mut Pixel<1>,
+        rng: &mut Rng,
+    ) {
+        if self.frame.direct == Direct::Connection {
+            self.connect(here, term, (row, orders), &mut pixel.parts[0], rng);
+        }
+        if let Lobe::Diffuse(diffuse) = &term.lobe {
+            self.read_maps(here, diffuse, (row, orders), pixel);
+        }
+    }
+}
+
+/// What light that travels a connection is multiplied by, and the crossings that it counts.
+fn straight_along(plan: &Plan, segment: &Segment, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
+    plan.rays.crossings(segment, hits);
+    let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
+    for hit in hits.iter() {
+        let material = plan.scene.material_of(hit.triangle);
+        through = through * material.bsdf.straight;
+        orders = orders.crossed(material);
+    }
+    (through, orders)
+}

@@ -1,0 +1,4 @@
+//! Error against run time: methods, budgets and seeds side by side, and the reference that they are measured against.
+
+pub mod race;
+pub mod reference;

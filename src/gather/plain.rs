@@ -1,0 +1,86 @@
+//! The tally of a picture: what each pixel shows, by class of light path.
+
+use super::direct::{Begun, Open};
+use super::{Here, Maps, Nearby, Pixel, Tally};
+use crate::light::{Light, Power, Row};
+use crate::optics::{Lobe, Term};
+use crate::photon::PathClass;
+use crate::plan::{Direct, Frame, Plan};
+use crate::sampling::{Rng, Sobol};
+use crate::scene::{Material, View};
+
+/// Adds up what a tile of pixels shows.
+pub(super) struct Plain<'a, P, const R: usize> {
+    pub plan: &'a Plan,
+    frame: &'a Frame,
+    view: View,
+    maps: &'a Maps<'a, P>,
+    nearby: Nearby,
+    /// The pixel under way, in its tile.
+    pixel: usize,
+    /// Hits of the tile that may connect more.
+    pub open: Vec<Begun<R>>,
+    pub sampled: Vec<[f32; 2]>,
+}
+
+impl<'a, P: Power, const R: usize> Plain<'a, P, R> {
+    pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a Maps<'a, P>) -> Self {
+        let view = plan.scene.camera.view(frame.aspect());
+        let (nearby, open, sampled) = (Nearby::default(), Vec::new(), Vec::new());
+        Self { plan, frame, view, maps, nearby, pixel: 0, open, sampled }
+    }
+
+    /// What comes now is for this pixel of the tile.
+    pub fn begin(&mut self, pixel: usize) {
+        self.pixel = pixel;
+    }
+}
+
+impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
+    type Mark = ();
+
+    fn crossed((): (), _: &Material) {}
+
+    fn reflected((): (), _: &[Row; R], _: &Material) {}
+
+    fn wants(&self, (): ()) -> bool {
+        true
+    }
+
+    fn emitted(&mut self, rows: &[Row; R], (): (), radiance: Light, pixel: &mut Pixel<R>) {
+        for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+            parts.emitted += *row * radiance;
+        }
+    }
+
+    fn read(
+        &mut self,
+        here: &Here<'_, R>,
+        term: &Term,
+        (rows, ()): ([Row; R], ()),
+        pixel: &mut Pixel<R>,
+        rng: &mut Rng,
+    ) {
+        let Here { point, wo, .. } = *here;
+        if self.frame.direct == Direct::Connection {
+            let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+            let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, sobol };
+            self.connect(open, pixel);
+        }
+        let Lobe::Diffuse(diffuse) = term.lobe else { return };
+        let footprint = self.view.footprint(here.travelled, self.frame.height);
+        let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
+        let f = diffuse.towards(&point.normals, wo);
+        let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
+        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, footprint, most);
+        for (class, irradiance) in
+            [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
+        {
+            let value = irradiance.value.filtered(f);
+            for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+                *parts.of(class) += value.read(row);
+            }
+            pixel.bias += irradiance.bias.filtered(f).read(rows[0]);
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! The one walk of a camera path, and what is told of what it finds.
+
+use super::Pixel;
+use super::branches::{Parent, Surface, branches};
+use crate::light::{Light, Row};
+use crate::optics::{Bsdf, Normals, Term};
+use crate::plan::{Frame, Plan};
+use crate::rays::{Hit, Ray};
+use crate::sampling::{Rng, endurance};
+use crate::scene::{Material, SurfacePoint, View};
+use glam::Vec3;
+
+/// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by
+/// [roulette](endurance).
+///
+/// Only chains that lose nothing come here; others have ended by their share. Between parallel mirrors one in n lines
+/// goes on for more than n reflections, so that roulette which sets in early takes from every picture the same few thousandths.
+const CERTAIN_DELTA_CHAIN: u32 = 512;
+
+/// Who wants to know what camera paths find, for `R` pictures at once.
+pub(crate) trait Tally<const R: usize> {
+    /// What rows remember of the matter on their way.
+    type Mark: Copy + Default;
+
+    /// After going straight through `material`.
+    fn crossed(mark: Self::Mark, material: &Material) -> Self::Mark;
+
+    /// After a reflection by `material` of what read `rows` before it.
+    fn reflected(mark: Self::Mark, rows: &[Row; R], material: &Material) -> Self::Mark;
+
+    /// False where nothing that rows of this mark read is wanted.
+    fn wants(&self, mark: Self::Mark) -> bool;
+
+    /// A luminaire of this radiance is seen.
+    fn emitted(&mut self, rows: &[Row; R], mark: Self::Mark, radiance: Light, pixel: &mut Pixel<R>);
+
+    /// A finite lobe sends light towards the camera; `reading` are the rows and the mark of the light that it reflects.
+    fn read(
+        &mut self,
+        here: &Here<'_, R>,
+        term: &Term,
+        reading: ([Row; R], Self::Mark),
+        pixel: &mut Pixel<R>,
+        rng: &mut Rng,
+    );
+}
+
+/// One straight line still to be looked along.
+struct Line<M, const R: usize> {
+    origin: Vec3,
+    direction: Vec3,
+    parent: Parent<R>,
+    mark: M,
+    /// Length of the camera path so far, m.
+    travelled: f32,
+}
+
+/// A point on a line of the camera path, and what is still read there.
+#[derive(Clone, Copy)]
+pub(crate) struct Here<'s, const R: usize> {
+    /// What is read of the light that leaves it.
+    pub rows: &'s [Row; R],
+    pub material: &'s Material,
+    pub bsdf: &'s Bsdf,
+    pub point: &'s SurfacePoint,
+    /// To where the line came from.
+    pub wo: Vec3,
+    /// Length of the camera path, m.
+    pub travelled: f32,
+    /// Reflections that light may have had before this surface.
+    pub most_reflections: u32,
+}
+
+/// Camera paths, one after another.
+pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
+    plan: &'a Plan,
+    /// Width and height of the film in pixels.
+    film: [f32; 2],
+    view: View,
+    pub tally: T,
+    /// By so much, or less, lines multiply from one delta reflection to the next.
+    growth: f32,
+    stack: Vec<Line<T::Mark, R>>,
+    hits: Vec<Hit>,
+}
+
+impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
+    /// Through the pixels of a frame.
+    pub fn new(plan: &'a Plan, frame: &Frame, tally: T) -> Self {
+        let view = plan.scene.camera.view(frame.aspect());
+        let film = [frame.width as f32, frame.height as f32];
+        let growth = plan.existence.growth().max(1.0);
+        Self { plan, film, view, tally, growth, stack: Vec::new(), hits: Vec::new() }
+    }
+
+    /// A path through a random point of the pixel at column `x` and row `y`.
+    pub fn pixel(&mut self, [x, y]: [usize; 2], mut rng: Rng) -> Pixel<R> {
+        let [width, height] = self.film;
+        let [jx, jy] = rng.f32x2();
+        let (origin, direction) = self.view.ray((x as f32 + jx) / width, (y as f32 + jy) / height);
+        let mut pixel = Pixel::EMPTY;
+        // paper eq. 8: a pixel shows [0 1] L
+        let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
+        let parent = Parent { rows, delta_chain: 0, share: 1.0 };
+        self.stack.push(Line { origin, direction, parent, mark: T::Mark::default(), travelled: 0.0 });
+        while let Some(line) = self.stack.pop() {
+            self.look_along(&line, &mut pixel, &mut rng);
+        }
+        pixel
+    }
+
+    fn look_along(&mut self, line: &Line<T::Mark, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let mut hits = std::mem::take(&mut self.hits);
+        self.plan.look_along(&ray, &line.parent.rows, &mut hits);
+        let (plan, wo) = (self.plan, -line.direction);
+        let Parent { mut rows, delta_chain, .. } = line.parent;
+        let mut mark = line.mark;
+        let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
+        for hit in &hits {
+            let (material, point) = plan.matter_at(hit);
+            let bsdf = &material.bsdf;
+            if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
+                describe(pixel, hit, &point, wo, bsdf);
+            }
+            if let Some(emission) = material.emission
+                && delta_chain <= most
+                && (emission.two_sided || point.normals.is_front(wo))
+            {
+                self.tally.emitted(&rows, mark, emission.radiance, pixel);
+            }
+            if delta_chain < most {
+                let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
+                let here =
+                    Here { rows: &rows, material, bsdf, point: &point, wo, travelled, most_reflections };
+                self.read_surface(&here, mark, pixel, rng);
+                self.pass_on(&here, line, mark, rng);
+            }
+            rows = rows.map(|row| row * bsdf.straight);
+            mark = T::crossed(mark, material);
+            if rows.iter().all(|row| row.is_zero()) {
+                break;
+            }
+        }
+        self.hits = hits;
+    }
+
+    /// Light that finite lobes send towards the camera.
+    fn read_surface(&mut self, here: &Here<'_, R>, mark: T::Mark, pixel: &mut Pixel<R>, rng: &mut Rng) {
+        let Here { point, wo, bsdf, .. } = *here;
+        for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
+            let rows = here.rows.map(|row| row * term.coefficient);
+            if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
+                continue;
+            }
+            let mark = T::reflected(mark, here.rows, here.material);
+            self.tally.read(here, term, (rows, mark), pixel, rng);
+        }
+    }
+
+    /// The row goes on through delta lobes.
+    fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
+        let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
+        if !bsdf.has_delta_lobe() {
+            return;
+        }
+        let survival = endurance(line.parent.delta_chain, CERTAIN_DELTA_CHAIN);
+        if survival < 1.0 && rng.f32() >= survival {
+            return;
+        }
+        let Self { plan, tally, growth, stack, .. } = self;
+        let mark = T::reflected(mark, rows, material);
+        let surface = Surface { rows: *rows, bsdf, point, wo };
+        branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
+            if !tally.wants(mark) {
+                return;
+            }
+            stack.push(Line {
+                origin: point.origin_towards(branch.sample.to),
+                direction: branch.sample.to,
+                parent: Parent {
+                    rows: branch.rows.map(|row| row * (1.0 / survival)),
+                    delta_chain: line.parent.delta_chain + 1,
+                    share: branch.share,
+                },
+                mark,
+                travelled,
+            });
+        });
+    }
+}
+
+/// What the first surface looks like.
+fn describe<const R: usize>(pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoint, wo: Vec3, bsdf: &Bsdf) {
+    pixel.depth = hit.t;
+    let Normals { shading, .. } = point.normals;
+    pixel.normal = if point.normals.is_front(wo) { shading } else { -shading };
+    pixel.albedo = bsdf
+        .terms
+        .iter()
+        .map(|term| term.coefficient.vis_inv.max(term.coefficient.vis_vis) * term.lobe.albedo())
+        .sum();
+}

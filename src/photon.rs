@@ -1,0 +1,125 @@
+//! What is shot, kept and gathered: photons, and where their power went.
+
+use crate::scene::Material;
+use glam::Vec3;
+
+/// How light came to where it was deposited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathClass {
+    /// Straight from the luminaire (through any number of surfaces).
+    Direct = 0,
+    /// Through delta lobes only.
+    Caustic = 1,
+    /// Through at least one finite lobe.
+    Indirect = 2,
+}
+
+/// Light that arrived at a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Photon<P> {
+    /// Where, scene space (m).
+    pub position: Vec3,
+    /// Power (W), times |wi·ns| / |wi·ng|. No direction is kept: the one finite lobe, Lambert's, does not ask for it.
+    pub power: P,
+    /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
+    pub normal: [i8; 3],
+    /// Which of the [radii of caustics](crate::plan::Frame::caustic_radii) it is gathered with; zero for other light.
+    pub level: u8,
+    /// Reflections since the luminaire; the last number stands for all above it.
+    pub reflections: u16,
+    /// Powers of the scene's s and t in `power`; the last number stands for all above it.
+    pub orders: Orders,
+}
+
+/// How often light was reflected (n) and went straight on (m) by matrices that follow the scene's point (s, t) of the
+/// square: its power is proportional to sⁿ tᵐ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Orders {
+    /// Reflections.
+    pub n: u8,
+    /// Straight crossings.
+    pub m: u8,
+}
+
+impl Orders {
+    /// After a reflection by `material`.
+    pub fn reflected(self, material: &Material) -> Self {
+        Self { n: self.n.saturating_add(u8::from(material.follows.s.is_some())), ..self }
+    }
+
+    /// After going straight through `material`.
+    pub fn crossed(self, material: &Material) -> Self {
+        Self { m: self.m.saturating_add(u8::from(material.follows.t.is_some())), ..self }
+    }
+}
+
+impl<P> Photon<P> {
+    /// A photon on the side of the unit vector `normal`.
+    pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
+        let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
+        let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
+        Self { position, power, normal, level: 0, reflections, orders: Orders::default() }
+    }
+
+    /// The cosine between its normal and another, within about a hundredth.
+    pub fn cos_to(&self, normal: Vec3) -> f32 {
+        Vec3::from_array(self.normal.map(f32::from)).dot(normal) * (1.0 / 127.0)
+    }
+}
+
+/// All photons of one pass, by [`PathClass`], each in the order of their paths.
+#[derive(Clone, Debug)]
+pub struct Photons<P> {
+    /// Indexed by `PathClass as usize`.
+    pub by_class: [Vec<Photon<P>>; 3],
+    /// Where the power went.
+    pub ledger: Ledger,
+}
+
+/// The energy of the carried light of one pass, sums over paths and RGB of both halves, W.
+///
+/// `emitted + roulette + created = absorbed + escaped` holds to rounding; `roulette` has expectation zero.
+/// In global matter `created` is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Left luminaires.
+    pub emitted: f64,
+    /// Stayed at surfaces.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Added (or, below zero, taken) by Russian roulette.
+    pub roulette: f64,
+    /// Added at surfaces that send on more than they receive, and by non-physical falloff; also the scatter of
+    /// choosing among several lobes, which expects as much `absorbed`.
+    pub created: f64,
+    /// Lines traced.
+    pub lines: u64,
+    /// Photons that arrived where they are deposited, thinned ones among them.
+    pub deposits: u64,
+}
+
+impl Ledger {
+    /// Adds what another part of a pass did.
+    pub fn add(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.roulette += other.roulette;
+        self.created += other.created;
+        self.lines += other.lines;
+        self.deposits += other.deposits;
+    }
+}
+
+impl<P> Photons<P> {
+    /// None at all.
+    pub fn none() -> Self {
+        Self { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.by_class.iter().map(Vec::len).sum()
+    }
+}
