@@ -145,11 +145,11 @@ impl Plan {
 
     /// The material of a triangle, as an index.
     pub fn material_index(&self, triangle: u32) -> usize {
-        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material as usize
+        self.scene.surface_of(triangle).material as usize
     }
 
     /// True where vertex normals are interpolated.
     pub fn is_smooth(&self, triangle: u32) -> bool {
-        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].smooth
+        self.scene.surface_of(triangle).smooth
     }
 }

@@ -201,9 +201,16 @@ impl Scene {
         hasher.finish()
     }
 
+    /// The surface that a triangle belongs to.
+    #[inline]
+    pub fn surface_of(&self, triangle: u32) -> &Surface {
+        &self.surfaces[self.mesh.surface[triangle as usize] as usize]
+    }
+
     /// The material of a triangle.
+    #[inline]
     pub fn material_of(&self, triangle: u32) -> &Material {
-        &self.materials[self.surfaces[self.mesh.surface[triangle as usize] as usize].material as usize]
+        &self.materials[self.surface_of(triangle).material as usize]
     }
 
     /// Centre and radius of the bounding sphere of all triangles; a point at zero where there are none.

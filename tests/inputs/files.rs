@@ -84,7 +84,7 @@ fn peer_box_is_read_without_a_word() {
     assert!((power.visible - expected).length() < 1e-4 * expected, "{power:?}");
     // The walls look into the box.
     for triangle in 0..scene.mesh.triangles.len() as u32 {
-        let surface = &scene.surfaces[scene.mesh.surface[triangle as usize] as usize];
+        let surface = scene.surface_of(triangle);
         if !surface.smooth {
             let [a, ..] = scene.mesh.corners(triangle);
             let inward = -(a.as_dvec3() + scene.origin).as_vec3();
