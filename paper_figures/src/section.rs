@@ -127,7 +127,7 @@ impl Section {
         let mut last = self.flat(start);
         for hit in hits {
             let surface = self.scene.surface_of(hit.triangle);
-            let bsdf = &self.scene.materials[surface.material as usize].bsdf;
+            let bsdf = self.scene.materials[surface.material as usize].bsdf();
             let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
             let at = self.flat(point.position);
             flight.pieces.push(([last, at], light));

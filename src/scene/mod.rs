@@ -17,7 +17,7 @@ pub(crate) mod names;
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
-pub use material::{Backs, Follows, Material};
+pub use material::{Backs, Material};
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 
