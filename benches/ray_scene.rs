@@ -49,13 +49,9 @@ pub fn scene(straight_of_spheres: Matrix) -> Scene {
         }
     }
     let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-    let matter = |straight: Matrix| {
-        let mut matter =
-            Material::new("matter", Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true }));
-        matter.bsdf.straight = straight;
-        matter
-    };
-    Scene {
+    let both = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let matter = |straight: Matrix| Material::new("matter", both).with_straight(straight);
+    let mut scene = Scene {
         name: "two spheres in a box".to_owned(),
         mesh,
         surfaces: vec![surface(0), surface(1)],
@@ -70,7 +66,9 @@ pub fn scene(straight_of_spheres: Matrix) -> Scene {
         origin: DVec3::ZERO,
         illumination: None,
         notes: Vec::new(),
-    }
+    };
+    scene.illuminate(None, &[]).expect("no names");
+    scene
 }
 
 /// Coherent camera rays; diffuse bounces from where they land; segments from there to a small luminaire.

@@ -128,6 +128,13 @@ impl Matrix {
     }
 }
 
+impl From<[[f32; 2]; 2]> for Matrix {
+    /// From rows.
+    fn from(rows: [[f32; 2]; 2]) -> Self {
+        Self::new(rows)
+    }
+}
+
 impl Mul<Light> for Matrix {
     type Output = Light;
     fn mul(self, light: Light) -> Light {

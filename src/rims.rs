@@ -193,7 +193,7 @@ fn within_slab(a: Vec3, b: Vec3, half: f32) -> Option<[Vec2; 2]> {
 /// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`], in the order of triangles.
 fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
     let mesh = &scene.mesh;
-    let material = |t: u32| scene.surfaces[mesh.surface[t as usize] as usize].material as usize;
+    let material = |t: u32| scene.surface_of(t).material as usize;
     let takes: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|t| takes_photons[material(*t)]).collect();
     let normals: Vec<Vec3> = takes.par_iter().map(|t| mesh.normal(*t)).collect();
     let welded = weld(&mesh.positions);
@@ -207,7 +207,7 @@ fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
     };
     let rims_of = |(t, &normal): (&u32, &Vec3)| {
         let places = mesh.corners(*t);
-        let terms = &scene.materials[material(*t)].bsdf.terms;
+        let terms = &scene.material_of(*t).bsdf.terms;
         let rim = |k: usize| {
             let two_sided = terms.iter().any(|term| term.lobe.is_two_sided());
             Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0 }

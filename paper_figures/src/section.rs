@@ -126,8 +126,8 @@ impl Section {
         let mut flight = Flight { pieces: Vec::new(), meetings: Vec::new() };
         let mut last = self.flat(start);
         for hit in hits {
-            let surface = &self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize];
-            let bsdf = &self.scene.materials[surface.material as usize].bsdf;
+            let surface = self.scene.surface_of(hit.triangle);
+            let bsdf = self.scene.materials[surface.material as usize].bsdf();
             let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
             let at = self.flat(point.position);
             flight.pieces.push(([last, at], light));

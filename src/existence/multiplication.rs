@@ -211,7 +211,7 @@ impl Population<'_> {
 
     /// The material of a triangle, as an index.
     fn material(&self, triangle: u32) -> u32 {
-        self.scene.surfaces[self.scene.mesh.surface[triangle as usize] as usize].material
+        self.scene.surface_of(triangle).material
     }
 
     /// All light that `photons` become when they are reflected next.
@@ -231,12 +231,11 @@ impl Population<'_> {
             seen(&hits);
             let mut power = photon.power;
             for hit in &hits {
-                let smooth =
-                    self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize].smooth;
+                let smooth = self.scene.surface_of(hit.triangle).smooth;
                 let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, smooth);
                 let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle };
                 reflected.extend(self.reflect(&arriving, chain, &point, &mut rng));
-                let bsdf = &self.scene.materials[self.material(hit.triangle) as usize].bsdf;
+                let bsdf = &self.scene.material_of(hit.triangle).bsdf;
                 power = chain.crossed(bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
@@ -255,7 +254,7 @@ impl Population<'_> {
         rng: &mut Rng,
     ) -> Option<Photon> {
         let Arriving { power, from, triangle } = *arriving;
-        let terms = &self.scene.materials[self.material(triangle) as usize].bsdf.terms;
+        let terms = &self.scene.material_of(triangle).bsdf.terms;
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {

@@ -33,9 +33,7 @@ pub(super) struct Surface<'a, const R: usize> {
 }
 
 /// A branch that is followed.
-pub(super) struct Branch<'a, const R: usize> {
-    /// The lobe it takes, with its coefficient.
-    pub term: &'a Term,
+pub(super) struct Branch<const R: usize> {
     /// What it carries on.
     pub rows: [Row; R],
     /// The direction it leaves in, away from the surface.
@@ -49,13 +47,13 @@ pub(super) struct Branch<'a, const R: usize> {
 /// Light that goes on both straight and by reflection makes each line the parent of several. Their number is bounded by
 /// what they carry: where a line of the pixel's faintest share sends on k times what it carries, k / `growth` lines
 /// follow it on average.
-pub(super) fn branches<'a, const R: usize>(
+pub(super) fn branches<const R: usize>(
     rays: &Rays,
-    surface: &Surface<'a, R>,
+    surface: &Surface<'_, R>,
     parent: &Parent<R>,
     growth: f32,
     rng: &mut Rng,
-    mut follow: impl FnMut(Branch<'a, R>),
+    mut follow: impl FnMut(Branch<R>),
 ) {
     let Surface { rows, bsdf, point, wo } = *surface;
     let strength = |term: &Term| -> f32 {
@@ -87,7 +85,7 @@ pub(super) fn branches<'a, const R: usize>(
             // The sample's weight is that of a branch taken by chance.
             let weight = sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
-            follow(Branch { term, rows, sample, share: part / survival });
+            follow(Branch { rows, sample, share: part / survival });
         }
     }
 }

@@ -139,7 +139,7 @@ impl<'a> Walk<'a> {
         self.cross(line, &mut scratch.hits);
         let mut reads = line.reads;
         for hit in &scratch.hits {
-            let surface = &self.scene.surfaces[self.scene.mesh.surface[hit.triangle as usize] as usize];
+            let surface = self.scene.surface_of(hit.triangle);
             let material = &self.scene.materials[surface.material as usize];
             let scatters = line.reflections < self.max_reflections
                 && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());

@@ -98,9 +98,7 @@ pub(super) fn visibility(
         return (Visibility::Transmittance, None);
     }
     let triangles = scene.mesh.triangles.len();
-    let caster = |triangle: u32| {
-        casts[scene.surfaces[scene.mesh.surface[triangle as usize] as usize].material as usize]
-    };
+    let caster = |triangle: u32| casts[scene.surface_of(triangle).material as usize];
     let casters = (0..triangles as u32).filter(|triangle| caster(*triangle)).count();
     if (triangles - casters) as f64 <= WORTH_AN_INDEX * triangles as f64 {
         return (Visibility::Transmittance, None);

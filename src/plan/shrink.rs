@@ -168,7 +168,7 @@ pub(super) fn only(scene: &Scene, keep: impl Fn(u32) -> bool) -> Scene {
 }
 
 fn material_index(scene: &Scene, triangle: u32) -> usize {
-    scene.surfaces[scene.mesh.surface[triangle as usize] as usize].material as usize
+    scene.surface_of(triangle).material as usize
 }
 
 fn listed(names: &[String]) -> String {

@@ -1,7 +1,7 @@
-//! From pieces in world space to one mesh about a centre of its own. The glTF loader and the built-in scenes share it.
+//! From shapes in world space to one mesh about a centre of its own.
 
 use super::centre::{Centre, Eye, centre};
-use super::{Luminaire, Material, Mesh, Surface};
+use super::{Luminaire, Material, Mesh, Shape, Surface};
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
@@ -9,32 +9,23 @@ use std::f64::consts::PI;
 /// Normals nearer than this to those of the triangles (1 mrad) are flat: exporters round them to four digits.
 const FLAT: f32 = 1e-3;
 
-/// What becomes one [`Surface`].
-pub(super) struct Piece {
-    pub name: String,
-    pub material: u32,
-    /// In the world, m.
-    pub positions: Vec<DVec3>,
-    /// As many as positions, any length; None: flat.
-    pub normals: Option<Vec<Vec3>>,
-    pub triangles: Vec<[u32; 3]>,
-    pub closed: bool,
-}
-
-/// All pieces together.
+/// All shapes together.
+#[derive(Default)]
 pub(super) struct Assembly {
     pub mesh: Mesh,
     pub surfaces: Vec<Surface>,
+    /// One per triangle whose material shines.
+    pub luminaires: Vec<Luminaire>,
     /// World position of the mesh's zero.
     pub origin: DVec3,
-    /// How many triangles had no area and were left out.
-    pub without_area: usize,
-    /// Surfaces most of whose vertex normals look away from the front.
+    /// Surfaces for which [`INSIDE_OUT`](Self::INSIDE_OUT) holds.
     pub inside_out: Vec<String>,
+    /// How many triangles had no area and were left out.
+    without_area: usize,
     /// What to tell where coordinates are rounded more than shows.
-    pub rounded: Option<String>,
+    rounded: Option<String>,
     /// How many triangles of lamps coincided with others and were left out.
-    pub twice: usize,
+    twice: usize,
 }
 
 /// The corners of a triangle, the same whichever it starts with: bits of f64, +0 for −0.
@@ -45,59 +36,70 @@ fn turned(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
     corners
 }
 
-/// Puts pieces together, about the centre of their bounds or of what `eye` sees of them.
+/// Puts shapes together about `origin`; without one about the centre of their bounds, or of what `eye` sees of them.
 ///
-/// Of surfaces that coincide the first is met, so those that shine (by the index of their material) come first: a lamp in the plane of
-/// a ceiling is seen and lights. Of a lamp that is there twice one is left out, since light would be shot from both and be found at
-/// one.
+/// Of surfaces that coincide the first is met, so those that shine come first: a lamp in the plane of a ceiling is seen and lights.
+/// Of a lamp that is there twice one is left out, since light would be shot from both and be found at one.
 pub(super) fn assemble(
-    mut pieces: Vec<Piece>,
-    shines: impl Fn(u32) -> bool,
+    mut shapes: Vec<Shape>,
+    materials: &[Material],
+    origin: Option<DVec3>,
     eye: Option<Eye>,
 ) -> Result<Assembly, String> {
-    pieces.sort_by_key(|piece| !shines(piece.material));
+    let shines = |shape: &Shape| materials[shape.material as usize].emission.is_some();
+    shapes.sort_by_key(|shape| !shines(shape));
     let mut lamps = HashSet::new();
     let mut twice = 0;
-    for piece in pieces.iter_mut().take_while(|piece| shines(piece.material)) {
-        let Piece { positions, triangles, .. } = piece;
+    for shape in shapes.iter_mut().take_while(|shape| shines(shape)) {
+        let Shape { positions, triangles, .. } = shape;
         let before = triangles.len();
         triangles.retain(|triangle| lamps.insert(turned(triangle.map(|vertex| positions[vertex as usize]))));
         twice += before - triangles.len();
     }
-    let corners = pieces.iter().map(|piece| piece.triangles.len() as u64 * 3).sum::<u64>();
+    let corners = shapes.iter().map(|shape| shape.triangles.len() as u64 * 3).sum::<u64>();
     if corners > u64::from(u32::MAX) {
         return Err(format!("has {} triangles, more than can be counted; leave some out", corners / 3));
     }
-    let Centre { origin, note } = centre(&pieces, eye);
-    let mut assembly = Assembly {
-        mesh: Mesh::default(),
-        surfaces: Vec::with_capacity(pieces.len()),
-        origin,
-        without_area: 0,
-        inside_out: Vec::new(),
-        rounded: note,
-        twice,
-    };
-    for piece in pieces {
-        assembly.add(piece)?;
+    let Centre { origin, note } =
+        origin.map_or_else(|| centre(&shapes, eye), |origin| Centre { origin, note: None });
+    let mut assembly = Assembly { origin, rounded: note, twice, ..Assembly::default() };
+    for shape in shapes {
+        assembly.add(shape)?;
     }
+    assembly.find_luminaires(materials)?;
     Ok(assembly)
 }
 
 impl Assembly {
-    fn add(&mut self, piece: Piece) -> Result<(), String> {
+    /// What is told about surfaces most of whose vertex normals do so.
+    pub const INSIDE_OUT: &str = "the vertex normals look away from the front (counter-clockwise side)";
+
+    /// What to tell, but for [`INSIDE_OUT`](Self::INSIDE_OUT).
+    pub fn lines(&self) -> Vec<String> {
+        let twice = |n| format!("{n} triangles of lamps are there twice in one place; one of each shines");
+        let without_area = match self.without_area {
+            0 => None,
+            1 => Some("1 triangle without area was left out".into()),
+            n => Some(format!("{n} triangles without area were left out")),
+        };
+        let twice = (self.twice > 0).then_some(self.twice).map(twice);
+        self.rounded.clone().into_iter().chain(twice).chain(without_area).collect()
+    }
+
+    fn add(&mut self, shape: Shape) -> Result<(), String> {
+        let closed = shape.closed.unwrap_or_else(|| Closure::of(&shape.positions, &shape.triangles).closed);
         let mesh = &mut self.mesh;
         let surface = self.surfaces.len() as u32;
-        let positions: Vec<Vec3> = piece.positions.iter().map(|p| (p - self.origin).as_vec3()).collect();
+        let positions: Vec<Vec3> = shape.positions.iter().map(|p| (p - self.origin).as_vec3()).collect();
         let mut place = vec![u32::MAX; positions.len()];
         let (mut smooth, mut away, mut kept) = (false, 0_usize, 0_usize);
-        for triangle in piece.triangles {
+        for triangle in shape.triangles {
             let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
             let across = (b - a).cross(c - a);
             if !across.length().is_finite() {
                 return Err(format!(
                     "`{}` is too large for single precision; scale the scene down",
-                    piece.name
+                    shape.name
                 ));
             }
             let normal = across.normalize_or_zero();
@@ -107,7 +109,7 @@ impl Assembly {
             }
             kept += 1;
             mesh.triangles.push(triangle.map(|vertex| {
-                let own = piece.normals.as_ref().and_then(|n| n[vertex as usize].try_normalize());
+                let own = shape.normals.as_ref().and_then(|n| n[vertex as usize].try_normalize());
                 if let Some(own) = own {
                     smooth |= own.cross(normal).length() > FLAT || own.dot(normal) < 0.0;
                     away += usize::from(own.dot(normal) < 0.0);
@@ -123,29 +125,26 @@ impl Assembly {
             mesh.surface.push(surface);
         }
         if 2 * away > 3 * kept {
-            self.inside_out.push(piece.name.clone());
+            self.inside_out.push(shape.name.clone());
         }
-        self.surfaces.push(Surface {
-            name: piece.name,
-            material: piece.material,
-            smooth,
-            closed: piece.closed,
-        });
+        self.surfaces.push(Surface { name: shape.name, material: shape.material, smooth, closed });
         Ok(())
     }
 
-    /// One luminaire per triangle whose material shines.
-    pub fn luminaires(&self, materials: &[Material]) -> Vec<Luminaire> {
-        let shines = |(triangle, surface): (usize, &u32)| {
-            let material = &materials[self.surfaces[*surface as usize].material as usize];
-            let triangle = triangle as u32;
-            material.emission.map(|emission| Luminaire::Triangle {
-                triangle,
-                emission,
-                area: self.mesh.area(triangle),
-            })
-        };
-        self.mesh.surface.iter().enumerate().filter_map(shines).collect()
+    fn find_luminaires(&mut self, materials: &[Material]) -> Result<(), String> {
+        for (triangle, surface) in (0..).zip(&self.mesh.surface) {
+            let surface = &self.surfaces[*surface as usize];
+            let Some(emission) = materials[surface.material as usize].emission else { continue };
+            let luminaire = Luminaire::Triangle { triangle, emission, area: self.mesh.area(triangle) };
+            if !luminaire.power(1.0).total().is_finite() {
+                return Err(format!(
+                    "`{}` shines with more power than single precision holds (3.4e38 W); give it less",
+                    surface.name
+                ));
+            }
+            self.luminaires.push(luminaire);
+        }
+        Ok(())
     }
 }
 
@@ -216,13 +215,20 @@ fn hole_area(positions: &[DVec3], rim: &[(u32, u32)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Emission;
 
     const CORNERS: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
-    fn piece(positions: &[DVec3], triangles: &[[u32; 3]]) -> Piece {
-        let (positions, triangles) = (positions.to_vec(), triangles.to_vec());
-        Piece { name: "it".into(), material: 0, positions, normals: None, triangles, closed: false }
+    fn shape(positions: &[DVec3], triangles: &[[u32; 3]]) -> Shape {
+        Shape::new("it", 0, positions.iter().copied(), triangles)
+    }
+
+    /// Of a diffuse material, and of one that shines.
+    fn assembled(shapes: Vec<Shape>) -> Result<Assembly, String> {
+        let dark = Material::diffuse("Dark", Vec3::ONE);
+        let bright = dark.clone().with_emission(Emission::front(Vec3::ONE));
+        assemble(shapes, &[dark, bright], None, None)
     }
 
     fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]]) -> bool {
@@ -260,17 +266,18 @@ mod tests {
     fn far_from_the_origin_nothing_is_lost() {
         let far = DVec3::new(1e7, -3e6, 5e5);
         let moved = CORNERS.map(|p| p + far);
-        let assembly = assemble(vec![piece(&moved, &TETRAHEDRON)], |_| false, None).unwrap();
+        let assembly = assembled(vec![shape(&moved, &TETRAHEDRON)]).unwrap();
         assert_eq!(assembly.origin, far + 0.5);
         assert_eq!(assembly.mesh.bounds(), (Vec3::splat(-0.5), Vec3::splat(0.5)));
     }
 
     #[test]
     fn lamps_come_first_and_once() {
-        let lamp = |first: [u32; 3]| Piece { material: 1, ..piece(&CORNERS, &[first]) };
+        let lamp = |first: [u32; 3]| Shape { material: 1, ..shape(&CORNERS, &[first]) };
         // The same corners, from another on; the other side is another lamp.
-        let pieces = vec![piece(&CORNERS, &TETRAHEDRON), lamp([0, 1, 2]), lamp([1, 2, 0]), lamp([0, 2, 1])];
-        let assembly = assemble(pieces, |material| material == 1, None).unwrap();
+        let shapes = vec![shape(&CORNERS, &TETRAHEDRON), lamp([0, 1, 2]), lamp([1, 2, 0]), lamp([0, 2, 1])];
+        let assembly = assembled(shapes).unwrap();
+        assert_eq!(assembly.luminaires.len(), 2);
         assert_eq!((assembly.twice, assembly.mesh.surface), (1, vec![0, 2, 3, 3, 3, 3]));
         assert_eq!(assembly.surfaces.iter().map(|s| s.material).collect::<Vec<_>>(), [1, 1, 1, 0]);
     }
@@ -279,15 +286,14 @@ mod tests {
     fn triangles_without_area_are_left_out_with_their_vertices() {
         let mut corners = CORNERS.to_vec();
         corners.push(2.0 * DVec3::X);
-        let assembly =
-            assemble(vec![piece(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])], |_| false, None).unwrap();
+        let assembly = assembled(vec![shape(&corners, &[[0, 1, 2], [0, 1, 4], [1, 1, 1]])]).unwrap();
         assert_eq!((assembly.without_area, assembly.mesh.triangles.len()), (2, 1));
         assert_eq!(assembly.mesh.positions.len(), 3);
     }
 
     #[test]
     fn too_large_is_an_error_and_too_small_has_no_area() {
-        let scaled = |s: f64| assemble(vec![piece(&CORNERS.map(|p| s * p), &TETRAHEDRON)], |_| false, None);
+        let scaled = |s: f64| assembled(vec![shape(&CORNERS.map(|p| s * p), &TETRAHEDRON)]);
         assert!(scaled(1e8).is_ok_and(|a| a.without_area == 0));
         assert!(scaled(1e12).is_err_and(|e| e.contains("too large")));
         assert!(scaled(1e-8).is_ok_and(|a| a.without_area == 0));

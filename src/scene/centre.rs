@@ -1,6 +1,6 @@
 //! Where a scene's zero is to lie, so that f32 suffices where someone looks.
 
-use super::assembly::Piece;
+use super::{Camera, Projection, Shape};
 use glam::DVec3;
 
 /// From where a scene is looked at, in the world.
@@ -42,14 +42,14 @@ struct Seen {
 }
 
 /// The middle of the scene's bounds; or, where almost all of it is a speck there, of what the eye sees.
-pub(super) fn centre(pieces: &[Piece], eye: Option<Eye>) -> Centre {
-    let (min, max) = bounds(all_corners(pieces));
+pub(super) fn centre(shapes: &[Shape], eye: Option<Eye>) -> Centre {
+    let (min, max) = bounds(all_corners(shapes));
     if min.x > max.x {
         return Centre { origin: DVec3::ZERO, note: None };
     }
     let (middle, reach) = (0.5 * (min + max), 0.5 * (max - min).length());
     let Some(eye) = eye else { return Centre { origin: middle, note: None } };
-    let seen = seen(pieces, &eye);
+    let seen = seen(shapes, &eye);
     if seen.is_empty() {
         return Centre { origin: middle, note: None };
     }
@@ -60,19 +60,19 @@ pub(super) fn centre(pieces: &[Piece], eye: Option<Eye>) -> Centre {
         return Centre { origin: middle, note: lost(&seen, &eye, middle) };
     }
     let near = |corners: &[DVec3; 3]| corners.iter().all(|corner| corner.distance(focus) <= FAR * size);
-    let (min, max) = bounds(all_corners(pieces).filter(near));
+    let (min, max) = bounds(all_corners(shapes).filter(near));
     let origin = 0.5 * (min + max);
-    let far: Vec<&Piece> =
-        pieces.iter().filter(|piece| corners(piece).any(|corners| !near(&corners))).collect();
+    let far: Vec<&Shape> =
+        shapes.iter().filter(|shape| corners(shape).any(|corners| !near(&corners))).collect();
     Centre { origin, note: lost(&seen, &eye, origin).or_else(|| Some(far_off(&far, origin))) }
 }
 
-fn corners(piece: &Piece) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-    piece.triangles.iter().map(|triangle| triangle.map(|vertex| piece.positions[vertex as usize]))
+fn corners(shape: &Shape) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    shape.triangles.iter().map(|triangle| triangle.map(|vertex| shape.positions[vertex as usize]))
 }
 
-fn all_corners(pieces: &[Piece]) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-    pieces.iter().flat_map(corners)
+fn all_corners(shapes: &[Shape]) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    shapes.iter().flat_map(corners)
 }
 
 fn bounds(triangles: impl Iterator<Item = [DVec3; 3]>) -> (DVec3, DVec3) {
@@ -82,9 +82,9 @@ fn bounds(triangles: impl Iterator<Item = [DVec3; 3]>) -> (DVec3, DVec3) {
 }
 
 /// Triangles that reach into the picture, or lie before the eye where none does.
-fn seen(pieces: &[Piece], eye: &Eye) -> Vec<Seen> {
+fn seen(shapes: &[Shape], eye: &Eye) -> Vec<Seen> {
     let weighed = |in_picture: bool| {
-        let mut seen: Vec<Seen> = all_corners(pieces)
+        let mut seen: Vec<Seen> = all_corners(shapes)
             .map(|corners| Seen { corners, weight: eye.weight(corners, in_picture) })
             .filter(|seen| seen.weight > 0.0)
             .collect();
@@ -108,6 +108,21 @@ impl Seen {
 }
 
 impl Eye {
+    /// Of a camera in the world.
+    pub fn of(camera: &Camera) -> Self {
+        Self::new(camera.position.as_dvec3(), camera.forward.as_dvec3(), camera.projection, camera.aspect)
+    }
+
+    /// At `position`, looking along the unit vector `forward`.
+    pub fn new(position: DVec3, forward: DVec3, projection: Projection, aspect: Option<f32>) -> Self {
+        let (half_height, central) = match projection {
+            Projection::Perspective { yfov } => ((0.5 * f64::from(yfov)).tan(), true),
+            Projection::Orthographic { half_height } => (f64::from(half_height), false),
+        };
+        let half_width = half_height * aspect.map_or(1.0, f64::from).max(1.0);
+        Self { position, forward, half_width, central }
+    }
+
     /// How much of the view a triangle takes: sr in central projection, m² in parallel.
     fn weight(&self, corners: [DVec3; 3], in_picture: bool) -> f64 {
         let [a, b, c] = corners.map(|corner| corner - self.position);
@@ -166,13 +181,13 @@ fn lost(seen: &[Seen], eye: &Eye, origin: DVec3) -> Option<String> {
     })
 }
 
-fn far_off(far: &[&Piece], origin: DVec3) -> String {
+fn far_off(far: &[&Shape], origin: DVec3) -> String {
     let reach = far
         .iter()
-        .flat_map(|piece| corners(piece).flatten())
+        .flat_map(|shape| corners(shape).flatten())
         .map(|corner| corner.distance(origin))
         .fold(0.0, f64::max);
-    let named: Vec<_> = far.iter().take(3).map(|piece| piece.name.as_str()).collect();
+    let named: Vec<_> = far.iter().take(3).map(|shape| shape.name.as_str()).collect();
     let more = if far.len() > 3 { format!(" and {} more", far.len() - 3) } else { String::new() };
     format!(
         "{}{more}: up to {} from what the camera sees, where places are rounded to {}",
@@ -196,13 +211,14 @@ fn length(metres: f64) -> String {
 mod tests {
     use super::*;
 
-    fn piece(name: &str, positions: Vec<DVec3>) -> Piece {
-        let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        Piece { name: name.into(), material: 0, positions, normals: None, triangles, closed: false }
+    fn shape(name: &str, positions: Vec<DVec3>) -> Shape {
+        let triangles: Vec<_> =
+            (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Shape::new(name, 0, positions, triangles)
     }
 
     /// A room of 2 m about `at`.
-    fn room(at: DVec3) -> Piece {
+    fn room(at: DVec3) -> Shape {
         let mut corners = Vec::new();
         for (x, y, z) in [(DVec3::X, DVec3::Y, DVec3::Z), (DVec3::Y, DVec3::Z, DVec3::X)] {
             for side in [-1.0, 1.0] {
@@ -210,7 +226,7 @@ mod tests {
                 corners.extend([at - y - z, at + y - z, at + y + z, at - y - z, at + y + z, at - y + z]);
             }
         }
-        piece("Room", corners)
+        shape("Room", corners)
     }
 
     fn eye(position: DVec3) -> Option<Eye> {
@@ -232,7 +248,7 @@ mod tests {
         for far in [1e3, 1e6, 1e9] {
             for towards in [DVec3::X, -DVec3::Z, DVec3::Z] {
                 let p = at + far * towards;
-                let stray = piece("Stray", vec![p, p + DVec3::X, p + DVec3::Y]);
+                let stray = shape("Stray", vec![p, p + DVec3::X, p + DVec3::Y]);
                 let found = centre(&[room(at), stray], eye(at + 0.9 * DVec3::Z));
                 assert_eq!(found.origin, at, "{far} {towards}");
                 assert!(found.note.is_some_and(|note| note.starts_with("Stray: up to ")));
@@ -244,7 +260,7 @@ mod tests {
     fn where_what_is_seen_is_rounded_it_is_said() {
         let (at, far) = (DVec3::ZERO, DVec3::new(0.0, 0.0, -1e7));
         // Two rooms, the farther one as large in the picture.
-        let other = piece("Other", room(DVec3::ZERO).positions.iter().map(|p| 1e7 * *p + far).collect());
+        let other = shape("Other", room(DVec3::ZERO).positions.iter().map(|p| 1e7 * *p + far).collect());
         let found = centre(&[room(at), other], eye(at + 0.9 * DVec3::Z));
         let note = found.note.expect("a note");
         assert!(note.contains("rounded to") && note.contains("% of the picture"), "{note}");

@@ -11,6 +11,13 @@ pub struct Emission {
     pub two_sided: bool,
 }
 
+impl Emission {
+    /// The same radiance of both halves, W m⁻² sr⁻¹, from the front.
+    pub const fn front(radiance: Vec3) -> Self {
+        Self { radiance: Light::both(radiance), two_sided: false }
+    }
+}
+
 /// What shines: one triangle of an emissive surface, or a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Luminaire {

@@ -1,8 +1,10 @@
 use super::{Emission, Illumination, Matter};
 use crate::light::Matrix;
-use crate::optics::{Bsdf, Lobe, Term};
+use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term};
+use glam::Vec3;
 
-/// What a surface is made of.
+/// What a surface is made of. Its matrix BSDF follows from all of this and from the scene's illumination, by
+/// [`SceneBuilder::build`](super::SceneBuilder::build) and [`Scene::illuminate`](super::Scene::illuminate).
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Name, for `--set` and messages.
@@ -19,12 +21,12 @@ pub struct Material {
     pub emission: Option<Emission>,
     /// What its backs are to rays.
     pub backs: Backs,
-    /// The resolved matrix BSDF; see [`Scene::illuminate`](super::Scene::illuminate).
-    pub bsdf: Bsdf,
+    /// The resolved matrix BSDF.
+    pub(crate) bsdf: Bsdf,
     /// The illumination that `bsdf` was resolved from, in words.
-    pub resolved: String,
+    pub(crate) resolved: String,
     /// Which of its matrices are those of the scene's point of the square.
-    pub follows: Follows,
+    pub(crate) follows: Follows,
 }
 
 /// What the backs of a material's triangles are to rays. glTF culls those of surfaces that are not `doubleSided`, as if they were
@@ -40,7 +42,7 @@ pub enum Backs {
 
 /// The part of a material that follows the scene's point (s, t) of the square; the rest has matrices of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Follows {
+pub(crate) struct Follows {
     /// The s of its opaque matrix, where that is the scene's.
     pub s: Option<f32>,
     /// The t of its straight matrix, where that is the scene's.
@@ -64,12 +66,61 @@ impl Material {
         }
     }
 
+    /// Lambert's reflector, one-sided; `albedo` in [0, 1].
+    pub fn diffuse(name: impl Into<String>, albedo: Vec3) -> Self {
+        Self::new(name, Lobe::Diffuse(Diffuse { albedo, two_sided: false }))
+    }
+
+    /// A smooth mirror, one-sided, that keeps `tint` in [0, 1] of what it meets.
+    pub fn mirror(name: impl Into<String>, tint: Vec3) -> Self {
+        Self::new(name, Lobe::Mirror(Mirror { tint, two_sided: false }))
+    }
+
+    /// Clear glass, for shapes that enclose a volume; `ior` is above 0, 1.5 for window glass.
+    pub fn glass(name: impl Into<String>, ior: f32) -> Self {
+        Self::new(name, Lobe::Dielectric(Dielectric { ior, tint: Vec3::ONE }))
+    }
+
+    /// With an illumination of its own, whatever that of the scene is.
+    #[must_use]
+    pub fn with_illumination(self, illumination: Illumination) -> Self {
+        Self { illumination: Some(illumination), ..self }
+    }
+
+    /// With its own matrix of what it reflects: rows, finite and not negative.
+    #[must_use]
+    pub fn with_opaque(self, matrix: impl Into<Matrix>) -> Self {
+        Self { opaque: Some(matrix.into()), ..self }
+    }
+
+    /// With its own matrix of what goes straight through: rows, finite and not negative.
+    #[must_use]
+    pub fn with_straight(self, matrix: impl Into<Matrix>) -> Self {
+        Self { straight: Some(matrix.into()), ..self }
+    }
+
+    /// Shining: each of its triangles becomes a luminaire.
+    #[must_use]
+    pub fn with_emission(self, emission: Emission) -> Self {
+        Self { emission: Some(emission), ..self }
+    }
+
+    /// The matrix BSDF F = Σ C_k f_k; empty before it is resolved.
+    pub fn bsdf(&self) -> &Bsdf {
+        &self.bsdf
+    }
+
+    /// The illumination that the BSDF was resolved from, in words; empty before.
+    pub fn resolved(&self) -> &str {
+        &self.resolved
+    }
+
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
     pub fn is_nothing(&self) -> bool {
         self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
     }
 
-    /// Sets [`bsdf`](Self::bsdf): `chosen` (command line) over the own extras over `around` (the scene's).
+    /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).
     pub(super) fn resolve(&mut self, around: Illumination, chosen: Option<Illumination>) {
         let surroundings = around.own_matter();
         let illumination = chosen.or(self.illumination).unwrap_or(around);

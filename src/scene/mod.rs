@@ -4,22 +4,27 @@
 //! world's origin loses nothing.
 
 mod assembly;
+mod build;
 mod builtin;
 mod camera;
 mod centre;
+mod check;
 mod gltf;
 mod illumination;
 mod luminaire;
 mod material;
 mod mesh;
 pub(crate) mod names;
+mod shape;
 
+pub use build::SceneBuilder;
 pub use camera::{Camera, Projection, View};
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
-pub use material::{Backs, Follows, Material};
+pub use material::{Backs, Material};
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
+pub use shape::Shape;
 
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -83,6 +88,11 @@ pub struct Loaded {
 pub const MAX_TRIANGLES: u64 = 50_000_000;
 
 impl Scene {
+    /// A scene to be built in code; `name` is for messages.
+    pub fn builder(name: impl Into<String>) -> SceneBuilder {
+        SceneBuilder::new(name)
+    }
+
     /// Loads a `.gltf` or `.glb` file, or one of the built-in scenes by its name (`builtin:caustic-box`, …).
     ///
     /// Illumination is resolved with nothing asked for on the command line.
@@ -99,18 +109,16 @@ impl Scene {
     /// As [`load`](Self::load); also where there is no such scene or camera, or more triangles than may be or than memory holds.
     pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Loaded> {
         let path = path.as_ref();
-        let mut loaded = match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
+        match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
             Some(name) if choice.scene.is_none() && choice.camera.is_none() => {
-                Loaded { scene: builtin::scene(name)?, files: Vec::new() }
+                Ok(Loaded { scene: builtin::scene(name)?, files: Vec::new() })
             }
             Some(name) => {
                 let only = "a built-in scene is one scene with one camera; leave out --scene and --camera";
-                return Err(Error::scene(format!("builtin:{name}"), only));
+                Err(Error::scene(format!("builtin:{name}"), only))
             }
-            None => gltf::load(path, choice)?,
-        };
-        loaded.scene.illuminate(None, &[])?;
-        Ok(loaded)
+            None => gltf::load(path, choice),
+        }
     }
 
     /// The built-in scenes: name and what each shows.
@@ -124,7 +132,6 @@ impl Scene {
     /// # Errors
     /// A name in `set` that no material has.
     pub fn illuminate(&mut self, asked: Option<Illumination>, set: &[(String, Illumination)]) -> Result<()> {
-        let around = asked.or(self.illumination).unwrap_or(Illumination::GLOBAL);
         for (name, _) in set {
             if name != "*" && !self.materials.iter().any(|material| material.name == *name) {
                 let known = names::listed(self.materials.iter().map(|m| m.name.as_str()));
@@ -135,11 +142,16 @@ impl Scene {
                 )));
             }
         }
+        self.resolve(asked, set);
+        Ok(())
+    }
+
+    fn resolve(&mut self, asked: Option<Illumination>, set: &[(String, Illumination)]) {
+        let around = asked.or(self.illumination).unwrap_or(Illumination::GLOBAL);
         for material in &mut self.materials {
             let chosen = set.iter().rev().find(|(name, _)| name == "*" || *name == material.name);
             material.resolve(around, chosen.map(|(_, illumination)| *illumination));
         }
-        Ok(())
     }
 
     /// The scene's point (s, t) of the illumination square. None where no material's matrices follow it; a number that

@@ -27,7 +27,7 @@ fn gallery_has_all_its_facts() {
     assert_eq!(scene.illumination, Some(Illumination::GLOBAL));
     assert_eq!(material(&scene, "Cone").illumination, Some(Illumination::SHADOWLESS));
     assert_eq!(material(&scene, "Box").illumination, Some(Illumination::Square { s: 0.5, t: 0.25 }));
-    assert_eq!(material(&scene, "Box").resolved, "0.5,0.25");
+    assert_eq!(material(&scene, "Box").resolved(), "0.5,0.25");
 
     assert_eq!(only_lobe(&scene, "Glass"), Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
     let gold = Vec3::new(1.0, 0.71, 0.29);
@@ -73,7 +73,7 @@ fn peer_box_is_read_without_a_word() {
     assert_eq!(only_lobe(&scene, "Glass"), Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
     assert_eq!(only_lobe(&scene, "Mirror"), Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
     assert_eq!(scene.illumination, None);
-    assert_eq!(scene.materials[0].resolved, "global");
+    assert_eq!(scene.materials[0].resolved(), "global");
     assert_eq!(scene.mesh.triangles.len(), 2 * 195_072 / 3 + 12);
     for surface in &scene.surfaces {
         assert_eq!(surface.smooth, surface.name.ends_with("Sphere"), "{surface:?}");
@@ -84,7 +84,7 @@ fn peer_box_is_read_without_a_word() {
     assert!((power.visible - expected).length() < 1e-4 * expected, "{power:?}");
     // The walls look into the box.
     for triangle in 0..scene.mesh.triangles.len() as u32 {
-        let surface = &scene.surfaces[scene.mesh.surface[triangle as usize] as usize];
+        let surface = scene.surface_of(triangle);
         if !surface.smooth {
             let [a, ..] = scene.mesh.corners(triangle);
             let inward = -(a.as_dvec3() + scene.origin).as_vec3();

@@ -153,9 +153,9 @@ fn illumination_comes_from_materials_and_the_scene() {
         .with("/materials/0/extras", json!({ "illumination": [0.5, 1], "straight": [0, 0, 0, 0.25] }))
         .good();
     assert_eq!(scene.illumination, Some(Illumination::LOCAL));
-    assert_eq!(scene.materials[1].resolved, "local");
+    assert_eq!(scene.materials[1].resolved(), "local");
     assert_eq!(scene.materials[0].illumination, Some(Illumination::Square { s: 0.5, t: 1.0 }));
-    assert_eq!(scene.materials[0].bsdf.straight.rows(), [[0.0, 0.0], [0.0, 0.25]]);
+    assert_eq!(scene.materials[0].bsdf().straight.rows(), [[0.0, 0.0], [0.0, 0.25]]);
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn a_guide_brings_the_same_power_to_glass_and_mirror_with_more_paths() {
             sums[2] += power;
             let ray = Ray { origin: emitted.origin, direction: emitted.direction, t_max: f32::INFINITY };
             let Some(hit) = plan.rays.closest(&ray) else { continue };
-            if plan.scene.material_of(hit.triangle).bsdf.has_delta_lobe() {
+            if plan.scene.material_of(hit.triangle).bsdf().has_delta_lobe() {
                 sums[0] += power;
                 sums[1] += 1.0;
             }

@@ -201,8 +201,10 @@ fn global_scenes_leave_out_what_they_do_not_need() {
 
 #[test]
 fn layers_of_both_halves_are_the_same_too() {
-    let mut scene = cornell(Illumination::Square { s: 0.6, t: 0.5 });
-    scene.materials[0].bsdf.straight = Matrix::ZERO;
+    let point = Illumination::Square { s: 0.6, t: 0.5 };
+    let mut scene = cornell(point);
+    scene.materials[0].straight = Some(Matrix::ZERO);
+    scene.illuminate(Some(point), &[]).expect("no names");
     let settings = Settings { invisible: true, ..settings() };
     exact("invisible layer", &scene, Omittable::CausticPhotons, Alike::Bits, &settings);
     // Camera lines of the invisible half go on where those of the visible one end.

@@ -1,7 +1,6 @@
 //! The built-in scenes, made in code. `name?key=value&…` chooses what can be chosen about one.
 
 mod boxes;
-mod shapes;
 mod spheres;
 
 use super::Scene;

@@ -67,12 +67,7 @@ pub(super) fn eye(root: &Root, placed: &[Placed<'_>], wanted: Option<&str>) -> O
     let found = cameras(placed);
     let (place, index) = *found.get(wanted.map_or(Ok(0), |wanted| find(root, &found, wanted)).ok()?)?;
     let (projection, aspect) = project(root.cameras.get(index)?).ok()?;
-    let (half_height, central) = match projection {
-        Projection::Perspective { yfov } => ((0.5 * f64::from(yfov)).tan(), true),
-        Projection::Orthographic { half_height } => (f64::from(half_height), false),
-    };
-    let half_width = half_height * aspect.map_or(1.0, f64::from).max(1.0);
-    Some(Eye { position: place.position(), forward: place.forward().ok()?, half_width, central })
+    Some(Eye::new(place.position(), place.forward().ok()?, projection, aspect))
 }
 
 /// The nodes that hold a camera, with its index.

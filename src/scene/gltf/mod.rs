@@ -21,9 +21,9 @@ mod skin;
 mod stage;
 mod stand_in;
 
-use super::assembly::{Assembly, Piece, assemble};
+use super::assembly::Assembly;
 use super::names::one_line;
-use super::{Choice, Loaded, Luminaire, Material, Scene};
+use super::{Choice, Loaded, Luminaire, Scene, SceneBuilder, Shape};
 use crate::error::Error;
 use accessor::Accessors;
 use document::Document;
@@ -68,7 +68,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
     let mut notes = Notes::default();
 
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
-    let illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
+    let mut scene = SceneBuilder::new(name);
+    scene.illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
     count::check(&root, &placed, choice.max_triangles, crate::machine::memory().map(|left| left.bytes))?;
     if animated {
@@ -77,75 +78,40 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
     report(&root, &placed, &mut notes);
 
     let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
-    let pieces = pieces(&accessors, &placed, &mut materials, &mut notes)?;
-    let materials = materials.finish(&mut notes);
-    let shines = |material: u32| materials[material as usize].emission.is_some();
-    let assembly = assemble(pieces, shines, camera::eye(&root, &placed, choice.camera.as_deref()))?;
-    assembly.rounded.iter().for_each(|note| notes.line(note.clone()));
-    if assembly.twice > 0 {
-        notes.line(format!(
-            "{} triangles of lamps are there twice in one place; one of each shines",
-            assembly.twice
-        ));
-    }
-    match assembly.without_area {
-        0 => {}
-        1 => notes.line("1 triangle without area was left out".into()),
-        n => notes.line(format!("{n} triangles without area were left out")),
-    }
-    for surface in &assembly.inside_out {
-        notes.about("the vertex normals look away from the front (counter-clockwise side)", surface);
-    }
+    scene.shapes = shapes(&accessors, &placed, &mut materials, &mut notes)?;
+    scene.materials = materials.finish(&mut notes);
+    let wanted = choice.camera.as_deref();
+    let mut assembly = scene.assemble(camera::eye(&root, &placed, wanted))?;
+    assembly.lines().into_iter().for_each(|line| notes.line(line));
+    assembly.inside_out.iter().for_each(|surface| notes.about(Assembly::INSIDE_OUT, surface));
     if assembly.mesh.triangles.is_empty() {
         return Err("has no triangles; add a mesh to the scene".into());
     }
-    let luminaires = luminaires(&root, &placed, &assembly, &materials, &mut notes)?;
-    let wanted = choice.camera.as_deref();
-    let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
-    let scene = Scene {
-        name: name.to_owned(),
-        mesh: assembly.mesh,
-        surfaces: assembly.surfaces,
-        materials,
-        luminaires,
-        camera,
-        origin: assembly.origin,
-        illumination,
-        notes: notes.finish(),
-    };
-    Ok((scene, files::named(&root, folder)))
-}
-
-/// All that shines: at least one.
-fn luminaires(
-    root: &Root,
-    placed: &[Placed<'_>],
-    assembly: &Assembly,
-    materials: &[Material],
-    notes: &mut Notes,
-) -> Result<Vec<Luminaire>, Reason> {
-    let mut luminaires = assembly.luminaires(materials);
-    for luminaire in &luminaires {
-        let Luminaire::Triangle { triangle, .. } = luminaire else { continue };
-        if !luminaire.power(1.0).total().is_finite() {
-            let surface = &assembly.surfaces[assembly.mesh.surface[*triangle as usize] as usize];
-            return Err(format!(
-                "`{}` shines with more power than single precision holds (3.4e38 W); give it less",
-                surface.name
-            ));
-        }
-    }
-    let (min, max) = assembly.mesh.bounds();
-    let radius = 0.5 * min.distance(max);
-    luminaires.extend(lights::punctual(root, placed, assembly.origin, radius, notes)?);
-    if luminaires.is_empty() {
-        return Err(no_light(root, notes));
-    }
-    let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != Vec3::ZERO;
-    if !luminaires.iter().any(lights) && materials.iter().any(|material| !material.lobes.is_empty()) {
+    light(&root, &placed, &mut assembly, &mut notes)?;
+    if !is_lit(&assembly) && scene.materials.iter().any(|material| !material.lobes.is_empty()) {
         notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
-    Ok(luminaires)
+    let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
+    scene.notes = notes.finish();
+    Ok((scene.finish(assembly, camera), files::named(&root, folder)))
+}
+
+/// Adds the lights to the triangles that shine; there is one or the other.
+fn light(
+    root: &Root,
+    placed: &[Placed<'_>],
+    assembly: &mut Assembly,
+    notes: &mut Notes,
+) -> Result<(), Reason> {
+    let (min, max) = assembly.mesh.bounds();
+    let radius = 0.5 * min.distance(max);
+    assembly.luminaires.extend(lights::punctual(root, placed, assembly.origin, radius, notes)?);
+    if assembly.luminaires.is_empty() { Err(no_light(root, notes)) } else { Ok(()) }
+}
+
+fn is_lit(assembly: &Assembly) -> bool {
+    let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != Vec3::ZERO;
+    assembly.luminaires.iter().any(lights)
 }
 
 /// That nothing emits light, what else was lost on the way, and the way out.
@@ -163,17 +129,17 @@ fn no_light(root: &Root, notes: &mut Notes) -> Reason {
     reason
 }
 
-/// One piece per primitive under each node.
-fn pieces(
+/// One shape per primitive under each node.
+fn shapes(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
     materials: &mut Materials<'_>,
     notes: &mut Notes,
-) -> Result<Vec<Piece>, Reason> {
+) -> Result<Vec<Shape>, Reason> {
     let skinned = placed.iter().any(|place| place.node.skin.is_some());
     let places = placed.iter().filter(|_| skinned).map(|place| (place.index, place.to_world)).collect();
     let mut read: HashMap<(usize, usize), Option<Geometry>> = HashMap::new();
-    let mut pieces = Vec::new();
+    let mut shapes = Vec::new();
     for place in placed {
         let Some(index) = place.node.mesh.map(|mesh| mesh.value()) else { continue };
         let missing = || format!("{}: its mesh {index} does not exist; export it again", place.label());
@@ -203,10 +169,10 @@ fn pieces(
             let tint = geometry.tint.unwrap_or(Vec3::ONE);
             let wanted = Wanted { material, closure: geometry.closure, tint, surface: &name };
             let material = materials.index(wanted, notes)?;
-            pieces.push(piece(geometry, posed, name, material));
+            shapes.push(shape(geometry, posed, name, material));
         }
     }
-    Ok(pieces)
+    Ok(shapes)
 }
 
 /// A primitive where its joints or its node put it.
@@ -235,15 +201,15 @@ fn pose(
     })
 }
 
-fn piece(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Piece {
+fn shape(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Shape {
     let triangles = geometry.triangles.iter();
-    Piece {
+    Shape {
         name,
         material,
         positions: posed.positions,
         normals: posed.normals,
         triangles: triangles.map(|&[a, b, c]| if posed.mirrored { [a, c, b] } else { [a, b, c] }).collect(),
-        closed: geometry.closure.closed,
+        closed: Some(geometry.closure.closed),
     }
 }
 

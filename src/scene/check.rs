@@ -1,0 +1,150 @@
+//! What a [`SceneBuilder`] refuses: each reason names the thing and what it may be.
+
+use super::illumination::{matrix_from, square_from};
+use super::{Camera, Illumination, Luminaire, Material, Matter, Projection, SceneBuilder, Shape};
+use crate::light::{Light, Matrix};
+use crate::optics::Lobe;
+use glam::Vec3;
+
+type Reason = String;
+
+/// All that can be wrong before anything is put together.
+pub(super) fn check(scene: &SceneBuilder, camera: &Camera) -> Result<(), Reason> {
+    for material in &scene.materials {
+        check_material(material).map_err(|what| format!("material `{}`: {what}", material.name))?;
+    }
+    for shape in &scene.shapes {
+        check_shape(shape, scene.materials.len())
+            .map_err(|what| format!("shape `{}`: {what}", shape.name))?;
+    }
+    for (i, luminaire) in scene.luminaires.iter().enumerate() {
+        check_luminaire(luminaire).map_err(|what| format!("luminaire {i}: {what}"))?;
+    }
+    scene.illumination.map_or(Ok(()), check_illumination)?;
+    if scene.origin.is_some_and(|origin| !origin.is_finite()) {
+        return Err("its origin is not finite".into());
+    }
+    check_camera(camera).map_err(|what| format!("camera: {what}"))
+}
+
+fn check_material(material: &Material) -> Result<(), Reason> {
+    for (share, lobe) in &material.lobes {
+        let (colour, ior) = match lobe {
+            Lobe::Diffuse(lobe) => (lobe.albedo, 1.0),
+            Lobe::Mirror(lobe) => (lobe.tint, 1.0),
+            Lobe::Dielectric(lobe) => (lobe.tint, lobe.ior),
+            Lobe::ThinDielectric(lobe) => (lobe.tint, lobe.ior),
+        };
+        if !is_amount(*share) || !is_colour(colour) {
+            return Err(format!("{lobe:?} with share {share} is negative or not finite"));
+        }
+        if !(ior > 0.0 && ior.is_finite()) {
+            return Err(format!("its ior is {ior}; a refractive index is above 0, such as 1.5"));
+        }
+    }
+    material.opaque.into_iter().chain(material.straight).try_for_each(check_matrix)?;
+    material.illumination.map_or(Ok(()), check_illumination)?;
+    material.emission.map_or(Ok(()), |emission| check_light("its emission", emission.radiance))
+}
+
+fn check_illumination(illumination: Illumination) -> Result<(), Reason> {
+    match illumination {
+        Illumination::Square { s, t } => square_from(s, t).map(drop),
+        Illumination::Whitted => Ok(()),
+        Illumination::Own(Matter { opaque, straight }) => {
+            check_matrix(opaque).and_then(|()| check_matrix(straight))
+        }
+    }
+}
+
+fn check_matrix(matrix: Matrix) -> Result<(), Reason> {
+    let [[a, b], [c, d]] = matrix.rows();
+    matrix_from([a, b, c, d]).map(drop)
+}
+
+fn check_shape(shape: &Shape, materials: usize) -> Result<(), Reason> {
+    if shape.material as usize >= materials {
+        return Err(format!("there is no material {}; the scene has {materials}", shape.material));
+    }
+    if let Some(vertex) = shape.positions.iter().position(|p| !p.is_finite()) {
+        return Err(format!("the position of vertex {vertex} is not finite"));
+    }
+    let count = shape.positions.len();
+    if let Some(normals) = &shape.normals {
+        if normals.len() != count {
+            return Err(format!("has {count} positions and {} normals; give as many", normals.len()));
+        }
+        if let Some(vertex) = normals.iter().position(|n| !n.is_finite()) {
+            return Err(format!("the normal of vertex {vertex} is not finite"));
+        }
+    }
+    match shape.triangles.iter().flatten().find(|vertex| **vertex as usize >= count) {
+        Some(vertex) => Err(format!("a triangle refers to vertex {vertex} of {count}")),
+        None => Ok(()),
+    }
+}
+
+fn check_luminaire(luminaire: &Luminaire) -> Result<(), Reason> {
+    let (position, direction, light) = match *luminaire {
+        Luminaire::Triangle { .. } => {
+            return Err("triangles shine by the emission of their material; give it one".into());
+        }
+        Luminaire::Point { position, intensity } => (position, None, intensity),
+        Luminaire::Spot { position, direction, intensity, .. } => (position, Some(direction), intensity),
+        Luminaire::Warn { position, direction, intensity, exponent, attenuation } => {
+            if !is_amount(exponent) || !attenuation.into_iter().all(is_amount) || attenuation == [0.0; 3] {
+                return Err(format!(
+                    "its exponent {exponent} and attenuation {attenuation:?} must be finite and not negative, \
+                     one of the latter above 0"
+                ));
+            }
+            (position, Some(direction), intensity)
+        }
+        Luminaire::Directional { direction, irradiance } => (Vec3::ZERO, Some(direction), irradiance),
+    };
+    if !position.is_finite() {
+        return Err("its position is not finite".into());
+    }
+    if direction.is_some_and(|direction| !direction.is_normalized()) {
+        return Err("its direction is not of length 1; normalize it".into());
+    }
+    check_light("its light", light)
+}
+
+fn check_light(what: &str, light: Light) -> Result<(), Reason> {
+    if is_colour(light.invisible) && is_colour(light.visible) {
+        Ok(())
+    } else {
+        Err(format!("{what} {light:?} is negative or not finite"))
+    }
+}
+
+fn check_camera(camera: &Camera) -> Result<(), Reason> {
+    let axes = [camera.right, camera.up, camera.forward];
+    if !camera.position.is_finite() || !axes.into_iter().all(Vec3::is_normalized) {
+        return Err(
+            "its position is not finite, or its axes are not of length 1; does it look at itself?".into()
+        );
+    }
+    let fine = match camera.projection {
+        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f32::consts::PI,
+        Projection::Orthographic { half_height } => half_height > 0.0 && half_height.is_finite(),
+    };
+    if !fine {
+        return Err(format!("{:?}; an angle lies between 0 and π, a height above 0", camera.projection));
+    }
+    match camera.aspect {
+        Some(aspect) if !(aspect > 0.0 && aspect.is_finite()) => {
+            Err(format!("its aspect ratio is {aspect}; it is above 0"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn is_amount(x: f32) -> bool {
+    x >= 0.0 && x.is_finite()
+}
+
+fn is_colour(rgb: Vec3) -> bool {
+    rgb.to_array().into_iter().all(is_amount)
+}
