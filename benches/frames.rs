@@ -5,13 +5,14 @@ mod omission_scenes;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Mat3, Vec3};
 use halflight::film::Layer;
-use halflight::gather::{Connections, Maps, gather};
+use halflight::gather::{Maps, gather};
 use halflight::light::Invisible;
+use halflight::photon::Photon;
 use halflight::photon_map::PhotonMap;
 use halflight::plan::{Plan, Settings};
-use halflight::render::render_pass;
+use halflight::render::{learn, render_pass};
 use halflight::scene::{Illumination, Scene};
-use halflight::shoot::{Photon, shoot};
+use halflight::shoot::shoot;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use omission_scenes::What;
 use std::hint::black_box;
@@ -25,31 +26,31 @@ fn plan(scene: &str, illumination: Option<Illumination>) -> Plan {
 /// The stages of a pass of the caustic box: 262,144 photon paths, 512×512 camera paths.
 fn stages(c: &mut Criterion) {
     let plan = plan("caustic-box", None);
-    let photon_plan = plan.photons.clone().expect("global illumination");
-    let connections = Connections::new(&plan);
+    let frame = learn(&plan);
+    let paths = frame.photons.as_ref().expect("global illumination").paths;
     let mut group = c.benchmark_group("caustic-box");
     group.sample_size(10);
 
-    group.throughput(Throughput::Elements(photon_plan.paths.into()));
+    group.throughput(Throughput::Elements(paths.into()));
     group.bench_function("shoot (paths)", |b| {
-        b.iter(|| black_box(shoot::<Invisible>(&plan, &photon_plan, 0)));
+        b.iter(|| black_box(shoot::<Invisible>(&plan, &frame, 0)));
     });
 
-    let photons = shoot::<Invisible>(&plan, &photon_plan, 0);
+    let photons = shoot::<Invisible>(&plan, &frame, 0);
     let stored: usize = photons.by_class.iter().map(Vec::len).sum();
     group.throughput(Throughput::Elements(stored as u64));
     group.bench_function("map (photons stored)", |b| {
         b.iter(|| black_box(photons.clone().by_class.map(PhotonMap::build).map(|map| map.len())));
     });
 
-    let maps = Maps::build(photons, &plan, 0);
-    let pixels = u64::from(plan.settings.width) * u64::from(plan.settings.height);
+    let maps = Maps::build(photons, &plan, &frame, 0);
+    let pixels = frame.pixels() as u64;
     group.throughput(Throughput::Elements(pixels));
     group.bench_function("gather (camera paths)", |b| {
-        b.iter(|| black_box(gather::<Invisible, 1>(&plan, &connections, &maps, 0).pixels.len()));
+        b.iter(|| black_box(gather::<Invisible, 1>(&plan, &frame, &maps, 0).pixels.len()));
     });
     group.bench_function("pass", |b| {
-        b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+        b.iter(|| black_box(render_pass(&plan, &frame, 0, &[Layer::Visible])));
     });
     group.finish();
 }
@@ -57,8 +58,8 @@ fn stages(c: &mut Criterion) {
 /// ns per photon that a query meets, at the photon density of the caustic box.
 fn queries(c: &mut Criterion) {
     let plan = plan("caustic-box", None);
-    let photon_plan = plan.photons.clone().expect("global illumination");
-    let photons = shoot::<Invisible>(&plan, &photon_plan, 0).by_class[2].clone();
+    let frame = learn(&plan);
+    let photons = shoot::<Invisible>(&plan, &frame, 0).by_class[2].clone();
     let places: Vec<_> = photons
         .iter()
         .step_by(37)
@@ -119,9 +120,9 @@ fn corners(c: &mut Criterion) {
         [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL];
     for illumination in corners {
         let plan = plan("cornell-spheres", Some(illumination));
-        let connections = Connections::new(&plan);
+        let frame = learn(&plan);
         group.bench_function(illumination.describe(), |b| {
-            b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+            b.iter(|| black_box(render_pass(&plan, &frame, 0, &[Layer::Visible])));
         });
     }
     group.finish();
@@ -137,9 +138,9 @@ fn omissions(c: &mut Criterion) {
         group.sample_size(10);
         for (name, settings) in [("with", keep), ("without", &settings)] {
             let plan = Plan::new(scene(), settings.clone());
-            let connections = Connections::new(&plan);
+            let frame = learn(&plan);
             group.bench_function(name, |b| {
-                b.iter(|| black_box(render_pass(&plan, &connections, 0, &[Layer::Visible])));
+                b.iter(|| black_box(render_pass(&plan, &frame, 0, &[Layer::Visible])));
             });
         }
         group.finish();

@@ -5,10 +5,11 @@
 
 use glam::{DVec3, Vec3};
 use halflight::film::Layer;
-use halflight::gather::{Connections, Gathered, Maps, gather};
+use halflight::gather::{Gathered, Maps, gather};
 use halflight::light::{Invisible, Light, Power};
 use halflight::measure::mask::{brighter_than, dilated};
-use halflight::plan::{PhotonPlan, Plan, Settings};
+use halflight::plan::{Frame, Plan, Settings};
+use halflight::render::learn;
 use halflight::scene::Scene;
 use halflight::shoot::shoot;
 use std::time::Instant;
@@ -22,8 +23,8 @@ fn main() {
     let mut number = |default: u32| arguments.next().map_or(default, |text| text.parse().expect("a number"));
     let (passes, first, size) = (number(8).max(2), number(0), number(512));
     let plan = Plan::new(Scene::load(&scene).expect("a scene"), Settings::for_film(size, size));
-    let photons = plan.photons.as_ref().expect("a scene with photons");
-    let connections = Connections::new(&plan);
+    let frame = learn(&plan);
+    let photons = frame.photons.as_ref().expect("a scene with photons");
     let classes = [Layer::Direct, Layer::Caustic, Layer::Indirect, Layer::Visible];
     let mut sums = classes.map(|_| vec![[DVec3::ZERO; 2]; (size * size) as usize]);
     let mut emitted = vec![Vec3::ZERO; (size * size) as usize];
@@ -33,9 +34,9 @@ fn main() {
         let took;
         let gathered;
         (gathered, took, stored) = if photons.both_halves {
-            render::<Light>(&plan, photons, &connections, pass)
+            render::<Light>(&plan, &frame, pass)
         } else {
-            render::<Invisible>(&plan, photons, &connections, pass)
+            render::<Invisible>(&plan, &frame, pass)
         };
         seconds.iter_mut().zip(took).for_each(|(all, took)| all.push(took));
         for (i, pixel) in gathered.pixels.iter().enumerate() {
@@ -100,20 +101,15 @@ fn main() {
 }
 
 /// One pass, the seconds of its three stages, and the photons stored by class.
-fn render<P: Power>(
-    plan: &Plan,
-    photons: &PhotonPlan,
-    connections: &Connections,
-    pass: u32,
-) -> (Gathered<1>, [f64; 3], [usize; 3]) {
+fn render<P: Power>(plan: &Plan, frame: &Frame, pass: u32) -> (Gathered<1>, [f64; 3], [usize; 3]) {
     let begin = Instant::now();
-    let shot = shoot::<P>(plan, photons, pass);
+    let shot = shoot::<P>(plan, frame, pass);
     let shooting = begin.elapsed().as_secs_f64();
     let stored = std::array::from_fn(|class| shot.by_class[class].len());
     let begin = Instant::now();
-    let maps = Maps::build(shot, plan, pass);
+    let maps = Maps::build(shot, plan, frame, pass);
     let mapping = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let gathered = gather(plan, connections, &maps, pass);
+    let gathered = gather(plan, frame, &maps, pass);
     (gathered, [shooting, mapping, begin.elapsed().as_secs_f64()], stored)
 }

@@ -5,9 +5,9 @@
 
 use cpu_time::ProcessTime;
 use halflight::film::{Film, Layer};
-use halflight::gather::Connections;
-use halflight::plan::{Omittable, Plan, Settings};
-use halflight::render::render_pass;
+use halflight::plan::{Frame, Omittable, Plan, Settings};
+use halflight::render::{learn, render_pass};
+use halflight::scene::Scene;
 use omission_scenes::{Row, What, rows};
 
 #[path = "../benches/omission_scenes.rs"]
@@ -35,25 +35,24 @@ fn measured(name: &str, row: &Row) -> String {
         What::Everything => Settings { keep_everything: true, ..settings.clone() },
     };
     let (given, again) = ((row.make)(), (row.make)());
-    let (lean_planning, lean) = timed(|| Plan::new(given, settings));
-    let (full_planning, full) = timed(|| Plan::new(again, with));
+    let (lean_planning, lean) = timed(|| planned(given, settings));
+    let (full_planning, full) = timed(|| planned(again, with));
     assert!(
-        matches!(row.what, What::Everything) || lean.omissions.iter().any(|omission| omission.name == name)
+        matches!(row.what, What::Everything) || lean.0.omissions.iter().any(|omission| omission.name == name)
     );
     if matches!(row.what, What::One(Omittable::Existence)) {
         let [full, lean] =
             [full_planning, lean_planning].map(|seconds| format!("{:.1} ms once", 1e3 * seconds));
         return format!("| {name} | {} | {full} | {lean} | | | {} |", row.scene, row.why);
     }
-    let connections = [&lean, &full].map(Connections::new);
-    let pass = |plan: &Plan, connections: &Connections, pass: u32| {
-        timed(|| render_pass(plan, connections, pass, &[Layer::Visible, Layer::Bias]).0)
+    let pass = |(plan, frame): &(Plan, Frame), pass: u32| {
+        timed(|| render_pass(plan, frame, pass, &[Layer::Visible, Layer::Bias]).0)
     };
     let (mut lean_times, mut full_times, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let mut films = [(); 2].map(|()| Film::new(256, 256, &[Layer::Visible]));
     for n in 0..PASSES {
-        let (a, lean_image) = pass(&lean, &connections[0], n);
-        let (b, full_image) = pass(&full, &connections[1], n);
+        let (a, lean_image) = pass(&lean, n);
+        let (b, full_image) = pass(&full, n);
         films[0].add(&lean_image);
         films[1].add(&full_image);
         lean_times.push(a);
@@ -72,6 +71,12 @@ fn measured(name: &str, row: &Row) -> String {
         ratio * (noise[1] / noise[0]).powi(2),
         row.why
     )
+}
+
+fn planned(scene: Scene, settings: Settings) -> (Plan, Frame) {
+    let plan = Plan::new(scene, settings);
+    let frame = learn(&plan);
+    (plan, frame)
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {

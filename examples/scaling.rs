@@ -4,15 +4,15 @@
 
 use glam::{DVec3, Vec3};
 use halflight::film::Layer;
-use halflight::gather::Connections;
 use halflight::light::{Invisible, Light};
 use halflight::optics::{Diffuse, Lobe};
+use halflight::photon::Photon;
 use halflight::photon_map::PhotonMap;
 use halflight::plan::{Plan, Settings};
-use halflight::render::render_pass;
+use halflight::render::{learn, render_pass};
 use halflight::sampling::{Rng, Stream};
 use halflight::scene::{Camera, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
-use halflight::shoot::{Photon, shoot};
+use halflight::shoot::shoot;
 use std::time::Instant;
 
 /// Each figure is the best of so many.
@@ -31,8 +31,9 @@ fn main() {
         let scene = ball(halvings);
         let triangles = scene.mesh.triangles.len();
         let (index, plan) = best(1, || Plan::new(scene.clone(), Settings::default()));
-        let photons = plan.photons.clone().expect("global");
-        let (seconds, _) = best(TRIES, || shoot::<Invisible>(&plan, &photons, 0));
+        let frame = learn(&plan);
+        let photons = frame.photons.as_ref().expect("global");
+        let (seconds, _) = best(TRIES, || shoot::<Invisible>(&plan, &frame, 0));
         let path = 1e9 * seconds / f64::from(photons.paths);
         println!("| {triangles} | {index:.2} | {path:.0} | {} |", growth(&mut last, path));
     }
@@ -67,11 +68,11 @@ fn main() {
     }
     println!("\n| threads | caustic box, s a pass | speed |\n|---|---|---|");
     let plan = Plan::new(Scene::load("builtin:caustic-box").expect("built in"), Settings::default());
-    let connections = Connections::new(&plan);
+    let frame = learn(&plan);
     let mut one = None;
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let pass = || render_pass(&plan, &connections, 0, &[Layer::Visible]);
+        let pass = || render_pass(&plan, &frame, 0, &[Layer::Visible]);
         let (seconds, _) = pool.install(|| best(TRIES, pass));
         println!("| {threads} | {seconds:.3} | {:.2} |", *one.get_or_insert(seconds) / seconds);
     }

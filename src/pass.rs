@@ -17,8 +17,12 @@ pub fn render_pass(plan: &Plan, frame: &Frame, pass: u32, planes: &[Layer]) -> (
         Method::PathPlain => return (path_pass(plan, frame, Strength::Plain, pass, planes), 0),
     }
     match Kernel::of(plan, frame) {
-        Kernel { both_halves: false, invisible: false } => pass_with::<Invisible, 1>(plan, frame, pass, planes),
-        Kernel { both_halves: false, invisible: true } => pass_with::<Invisible, 2>(plan, frame, pass, planes),
+        Kernel { both_halves: false, invisible: false } => {
+            pass_with::<Invisible, 1>(plan, frame, pass, planes)
+        }
+        Kernel { both_halves: false, invisible: true } => {
+            pass_with::<Invisible, 2>(plan, frame, pass, planes)
+        }
         Kernel { both_halves: true, invisible: false } => pass_with::<Light, 1>(plan, frame, pass, planes),
         Kernel { both_halves: true, invisible: true } => pass_with::<Light, 2>(plan, frame, pass, planes),
     }
@@ -63,7 +67,11 @@ fn pass_with<P: Power, const R: usize>(
 }
 
 /// The planes of a picture.
-pub(crate) fn pass_image<const R: usize>(frame: &Frame, gathered: &Gathered<R>, planes: &[Layer]) -> PassImage {
+pub(crate) fn pass_image<const R: usize>(
+    frame: &Frame,
+    gathered: &Gathered<R>,
+    planes: &[Layer],
+) -> PassImage {
     let planes = planes.iter().map(|&layer| (layer, plane(gathered, layer))).collect();
     PassImage { width: frame.width, height: frame.height, planes }
 }

@@ -149,9 +149,8 @@ fn choose_direct(plan: &Plan, frame: Frame) -> Frame {
     let pixels = frame.pixels() as f64;
     let disk = PI * f64::from(frame.indirect_radius).powi(2);
     // A query meets as many photons as if they lay evenly over what the film shows.
-    let kept = |photons: &Photons<Light>| {
-        (work::STORED + work::MET * disk) * (photons.count() as f64 / share)
-    };
+    let kept =
+        |photons: &Photons<Light>| (work::STORED + work::MET * disk) * (photons.count() as f64 / share);
     let common = others.ledger.lines as f64 / share + pixels + kept(&others);
     let work = [common + work::CONNECTION * pixels, common + kept(&direct_photons)];
     let (c, p) = (by_connection.after(HORIZON), by_photons.after(HORIZON * work[0] / work[1]));
@@ -166,7 +165,10 @@ fn choose_direct(plan: &Plan, frame: Frame) -> Frame {
         return frame;
     }
     let classes = PhotonClasses { direct: true, ..photons.classes };
-    counted(plan, Frame { direct: Direct::Photons, photons: Some(PhotonPlan { classes, ..photons }), ..frame })
+    counted(
+        plan,
+        Frame { direct: Direct::Photons, photons: Some(PhotonPlan { classes, ..photons }), ..frame },
+    )
 }
 
 /// A film of about [`PIXELS`], whose gather radii are those of the whole film in metres.

@@ -6,10 +6,9 @@ use crate::effort::Effort;
 use glam::Vec3;
 use halflight::error::Result;
 use halflight::film::{Film, Layer, PassImage, write_bytes_png, write_rgb_png};
-use halflight::gather::Connections;
 use halflight::measure::{Agreement, Estimate, Metrics, agreement, compare};
-use halflight::plan::{Method, Plan, Settings};
-use halflight::render::render_pass;
+use halflight::plan::{Frame, Method, Plan, Settings};
+use halflight::render::{learn, render_pass};
 use halflight::scene::{Illumination, Scene};
 use std::path::Path;
 
@@ -197,13 +196,13 @@ impl Corner {
 
 /// Renders passes, with the lamp as it is seen taken out of the visible layer.
 fn reflected(plan: &Plan, passes: u32) -> Film {
-    let connections = Connections::new(plan);
+    let frame = learn(plan);
     let mut layers = vec![Layer::Visible, Layer::Emitted];
-    layers.extend(plan.photons.is_some().then_some(Layer::Bias));
-    let Settings { width, height, .. } = plan.settings;
+    layers.extend(frame.photons.is_some().then_some(Layer::Bias));
+    let Frame { width, height, .. } = frame;
     let mut film = Film::new(width, height, &layers);
     for pass in 0..passes {
-        let PassImage { mut planes, .. } = render_pass(plan, &connections, pass, &layers).0;
+        let PassImage { mut planes, .. } = render_pass(plan, &frame, pass, &layers).0;
         let emitted = planes[1].1.clone();
         planes[0].1.iter_mut().zip(emitted).for_each(|(visible, emitted)| *visible -= emitted);
         film.add(&PassImage { width, height, planes });

@@ -130,7 +130,13 @@ impl ByPlace {
 
     /// Adds the radiance of photons that bring `factor` (m⁻² sr⁻¹) times their power.
     #[inline(never)] // the loop needs all registers
-    pub fn add_photons(&mut self, pixel: usize, Packed { photons, end }: &Packed, found: &Found, factor: Vec3) {
+    pub fn add_photons(
+        &mut self,
+        pixel: usize,
+        Packed { photons, end }: &Packed,
+        found: &Found,
+        factor: Vec3,
+    ) {
         let (pixel, factor) = (pixel % ABREAST, factor.extend(0.0));
         for found in found.places().chunks(RUN) {
             let sums = &mut self.sums[..];

@@ -100,12 +100,7 @@ impl AtlasRun {
 
     /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the frame is told
     /// to [stop](Frame::stop) before the first of them is added.
-    pub fn passes(
-        &mut self,
-        plan: &Plan,
-        frame: &Frame,
-        passes: Range<u32>,
-    ) -> Vec<(Gathered<1>, u64)> {
+    pub fn passes(&mut self, plan: &Plan, frame: &Frame, passes: Range<u32>) -> Vec<(Gathered<1>, u64)> {
         let shot = passes.clone().map(|pass| {
             let photons = shoot::<Invisible>(plan, frame, pass);
             let stored = photons.count() as u64;

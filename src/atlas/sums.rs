@@ -1,9 +1,9 @@
 //! What passes add up to: per pixel one sum for each pair of stored powers, and the spreads for the error bar.
 
+use super::by_order::gather_by_order;
 use super::errors::{AtGrid, ColourSpread, POINTS};
 use super::file::Plane;
 use super::frontier::Frontier;
-use super::by_order::gather_by_order;
 use super::nodes::{Colours, Nodes, Pixels, Room, Shares};
 use super::places::{ABREAST, MostOrders};
 use super::{Atlas, AtlasErrors};

@@ -13,9 +13,9 @@
 
 use super::Pixel;
 use super::plain::Plain;
+use crate::connect::Connection;
 #[cfg(doc)]
 use crate::connect::Connections;
-use crate::connect::Connection;
 use crate::light::{Light, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::sampling::Sobol;

@@ -1,8 +1,8 @@
 //! Density estimation: a photon map for each class of paths and gather radius.
 
 use crate::light::Power;
-use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
 use crate::photon::{Orders, PathClass, Photons};
+use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
 use crate::plan::{Frame, LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;

@@ -1,7 +1,7 @@
 //! Sixteen photons side by side: which of them lie within a disk, and what they bring, without a branch per photon.
 
-use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE};
 use crate::photon::Photon;
+use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, mask32x16};
 use glam::Vec3;

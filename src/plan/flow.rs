@@ -5,8 +5,8 @@
 
 use super::components::{Components, fixed_point};
 use crate::optics::{Bsdf, Term};
-use crate::scene::{Luminaire, Scene};
 use crate::photon::PathClass;
+use crate::scene::{Luminaire, Scene};
 use glam::Vec3;
 
 /// What can come from where, and what of it is read.

@@ -1,7 +1,7 @@
 //! What a comparison found, as files hold it.
 
-use crate::measure::Metrics;
 use crate::compare::reference::OwnError;
+use crate::measure::Metrics;
 use glam::Vec3;
 use serde::Serialize;
 

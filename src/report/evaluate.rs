@@ -2,9 +2,9 @@
 
 use super::data::{Curve, Interval, MaskFacts, Pair, Point, ReferenceFacts, Row, SceneReport, Shown};
 use super::stats::{at, bootstrap, log_slope, median, quantile, reached};
-use crate::measure::mask::{brighter_than, dilated};
 use crate::compare::race::Run;
 use crate::compare::reference::{NoiseShare, OwnError, Reference};
+use crate::measure::mask::{brighter_than, dilated};
 use crate::measure::{compare, flip};
 use crate::plan::Method;
 use crate::scene::Scene;

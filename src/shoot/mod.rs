@@ -15,8 +15,8 @@ use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
 use crate::scene::{Material, SurfacePoint};
 use crowd::Crowd;
-use levels::Levels;
 use glam::Vec3;
+use levels::Levels;
 use rayon::prelude::*;
 
 /// Paths that one task follows before it hands back its photons; results do not depend on it.
@@ -308,9 +308,11 @@ fn choose_term<P: Power>(
 
 #[cfg(test)]
 mod tests {
+    use super::levels::ENOUGH;
     use super::*;
     use crate::light::{Invisible, Light};
     use crate::optics::{Dielectric, Diffuse, Lobe};
+    use crate::plan::Settings;
     use crate::scene::{Camera, Illumination, Luminaire, Mesh, Projection, Scene, Surface};
     use glam::DVec3;
 

@@ -3,10 +3,10 @@
 use super::build::{Build, diffuse, film, finite, look, mean_is};
 use super::{Case, Check, Effort, Rows, Run};
 use crate::light::Invisible;
+use crate::photon::Photon;
 use crate::photon_map::PhotonMap;
 use crate::plan::{Direct, Settings};
 use crate::scene::{Illumination, Projection, Scene};
-use crate::photon::Photon;
 use glam::Vec3;
 
 pub(super) const CASES: &[Case] = &[

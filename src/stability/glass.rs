@@ -4,9 +4,9 @@ use super::build::{Build, diffuse, film, finite, glass, look, mean_is};
 use super::{Case, Check, Effort, Run};
 use crate::light::{Invisible, Light};
 use crate::optics::{Dielectric, Lobe, Mirror};
+use crate::pilot::learn;
 use crate::plan::Plan;
 use crate::scene::{Illumination, Luminaire, SpotCone};
-use crate::pilot::learn;
 use crate::shoot::shoot;
 use glam::Vec3;
 

@@ -1,12 +1,13 @@
 //! What the stratification of emission is worth: the spread over passes of the power that reaches a glass ball.
 
 use crate::support::Measured;
+use halflight::emission::{EMISSION_DIMENSIONS, Emitters};
 use halflight::light::{Invisible, Light, Power};
 use halflight::plan::{Plan, Settings};
 use halflight::rays::Ray;
+use halflight::render::learn;
 use halflight::sampling::{Rng, Sobol, Stream};
 use halflight::scene::Scene;
-use halflight::shoot::{EMISSION_DIMENSIONS, Emitters};
 
 const PATHS: u32 = 8_192;
 const PASSES: u32 = 64;
@@ -53,8 +54,7 @@ fn sobol_points_make_power_on_a_target_calmer_than_random_ones() {
 #[test]
 fn a_guide_brings_the_same_power_to_glass_and_mirror_with_more_paths() {
     let plan = Plan::new(Scene::load("builtin:caustic-box").expect("built in"), Settings::default());
-    let guide =
-        plan.photons.as_ref().and_then(|photons| photons.guide.clone()).expect("caustics to guide to");
+    let guide = learn(&plan).photons.and_then(|photons| photons.guide).expect("caustics to guide to");
     let emitters = Emitters::<Invisible>::new(&plan.scene).expect("a lamp");
     // Power and number of paths that meet glass or mirror first; power of all paths.
     let aimed = |guided: bool, pass: u32| -> [f64; 3] {

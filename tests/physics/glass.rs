@@ -4,9 +4,11 @@ use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
 use glam::Vec3;
 use halflight::light::{Invisible, Light};
 use halflight::optics::{Dielectric, Lobe, ThinDielectric};
+use halflight::photon::Photon;
 use halflight::plan::Plan;
+use halflight::render::learn;
 use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
-use halflight::shoot::{Photon, shoot};
+use halflight::shoot::shoot;
 
 const IOR: f32 = 1.5;
 
@@ -20,8 +22,9 @@ fn beam(build: &mut Build, position: Vec3, direction: Vec3) {
 /// Photons of `passes` passes that arrive on the floor through glass, pass by pass.
 fn caustic(scene: Scene, passes: u32) -> Vec<Vec<Photon<Invisible>>> {
     let plan = Plan::new(scene, small(8, 8, 20_000));
-    let photons = plan.photons.as_ref().expect("glass feeds photons");
-    (0..passes).map(|pass| shoot::<Invisible>(&plan, photons, pass).by_class[1].clone()).collect()
+    let frame = learn(&plan);
+    assert!(frame.photons.is_some(), "glass feeds photons");
+    (0..passes).map(|pass| shoot::<Invisible>(&plan, &frame, pass).by_class[1].clone()).collect()
 }
 
 fn powers(passes: &[Vec<Photon<Invisible>>]) -> Vec<f64> {

@@ -3,12 +3,13 @@
 use crate::support::{Build, Measured, diffuse, glow, look, small};
 use glam::Vec3;
 use halflight::error::Error;
+use halflight::existence::{Existence, Multiplication};
 use halflight::film::Layer;
 use halflight::light::Invisible;
-use halflight::measure::{Existence, Multiplication};
 use halflight::optics::{Diffuse, Lobe, Mirror};
-use halflight::plan::{Direct, Method, Plan, Settings};
+use halflight::plan::{Direct, Frame, Method, PhotonPlan, Plan, Settings};
 use halflight::render::Render;
+use halflight::render::learn;
 use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene};
 use halflight::shoot::shoot;
 
@@ -214,9 +215,9 @@ fn paths_that_multiply_against_all_expectation_end_and_stay_unbiased() {
         Plan::new(scene, settings)
     };
     let shot = |plan: &Plan, crowd: u32, pass: u32| {
-        let photons = plan.photons.clone().expect("photons");
-        let photons = halflight::plan::PhotonPlan { growth: 1.0, keep: 1.0, crowd, ..photons };
-        shoot::<Invisible>(plan, &photons, pass)
+        let frame = learn(plan);
+        let photons = frame.photons.map(|photons| PhotonPlan { growth: 1.0, keep: 1.0, crowd, ..photons });
+        shoot::<Invisible>(plan, &Frame { photons, ..frame }, pass)
     };
     // They would be 1.2⁴⁰⁰, more than anything has room for.
     let endless = shot(&planned(400), 1000, 0);
@@ -288,7 +289,8 @@ fn a_truncated_series_is_unbiased_where_the_whole_one_has_no_sum() {
     let most = 12;
     let settings = Settings { max_reflections: Some(most), direct: Direct::Photons, ..small(8, 8, 20_000) };
     let plan = Plan::new(scene, settings);
-    let photons = plan.photons.as_ref().expect("photons");
+    let frame = learn(&plan);
+    let photons = frame.photons.as_ref().expect("photons");
     assert!(photons.growth > 1.19 && photons.growth < 1.22, "{}", photons.growth);
     let a = RATIO * RATIO;
     // The point light sits midway between the spheres; the ball is seen from it under this part of the sphere.
@@ -301,7 +303,7 @@ fn a_truncated_series_is_unbiased_where_the_whole_one_has_no_sum() {
     }
     let passes: Vec<f64> = (0..16)
         .map(|pass| {
-            let shot = shoot::<Invisible>(&plan, photons, pass);
+            let shot = shoot::<Invisible>(&plan, &frame, pass);
             let fronts = shot.by_class.iter().flatten().filter(|photon| {
                 let on_ball = photon.position.length() < 0.75;
                 (photon.cos_to(photon.position) > 0.0) == on_ball

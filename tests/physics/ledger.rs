@@ -4,9 +4,11 @@ use crate::support::{Build, Measured, diffuse, glow, look, small};
 use glam::Vec3;
 use halflight::light::Invisible;
 use halflight::optics::{Dielectric, Lobe, Mirror};
-use halflight::plan::{PhotonPlan, Plan};
+use halflight::photon::Ledger;
+use halflight::plan::{Frame, PhotonPlan, Plan};
+use halflight::render::learn;
 use halflight::scene::{Illumination, Scene};
-use halflight::shoot::{Ledger, shoot};
+use halflight::shoot::shoot;
 
 fn mixed_scene() -> Scene {
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.0, 1.0, 4.0), Vec3::ZERO));
@@ -26,8 +28,9 @@ fn mixed_scene() -> Scene {
 
 fn ledgers(scene: Scene, passes: u32) -> Vec<Ledger> {
     let plan = Plan::new(scene, small(8, 8, 20_000));
-    let photons = plan.photons.as_ref().expect("global illumination needs photons");
-    (0..passes).map(|pass| shoot::<Invisible>(&plan, photons, pass).ledger).collect()
+    let frame = learn(&plan);
+    assert!(frame.photons.is_some(), "global illumination needs photons");
+    (0..passes).map(|pass| shoot::<Invisible>(&plan, &frame, pass).ledger).collect()
 }
 
 #[test]
@@ -50,9 +53,10 @@ fn what_is_emitted_is_absorbed_or_escapes() {
     // Guided paths have powers of their own, whose sum is right on the average; without a guide it is right each time.
     Measured::of(&ledgers.iter().map(|ledger| ledger.emitted).collect::<Vec<_>>()).must_be(emitted, 1e-4);
     let plan = Plan::new(mixed_scene(), small(8, 8, 20_000));
-    let guided = plan.photons.clone().expect("global illumination needs photons");
+    let frame = learn(&plan);
+    let guided = frame.photons.clone().expect("global illumination needs photons");
     assert!(guided.guide.is_some(), "glass and a mirror make caustics");
-    let even = PhotonPlan { guide: None, ..guided };
+    let even = Frame { photons: Some(PhotonPlan { guide: None, ..guided }), ..frame };
     for pass in 0..4 {
         let ledger = shoot::<Invisible>(&plan, &even, pass).ledger;
         assert!((ledger.emitted / emitted - 1.0).abs() < 1e-4, "{ledger:?}");

@@ -9,6 +9,7 @@ use halflight::measure::{Estimate, agreement};
 use halflight::optics::{Dielectric, Lobe};
 use halflight::plan::{Method, Omittable, Plan, Settings};
 use halflight::render::Render;
+use halflight::render::learn;
 use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
 use halflight::shoot::shoot;
 
@@ -79,10 +80,11 @@ fn transmitted(add: impl Fn(&mut Build), turn: bool) -> Measured {
     let scene = if turn { turned(build.finish()) } else { build.finish() };
     let plan = Plan::new(scene, small(8, 8, 5000));
     assert!(plan.rays.has_media() && plan.omissions.iter().all(|omission| omission.name != "media"));
-    let photons = plan.photons.as_ref().expect("glass feeds photons");
+    let frame = learn(&plan);
+    assert!(frame.photons.is_some(), "glass feeds photons");
     let passes: Vec<f64> = (0..24)
         .map(|pass| {
-            let arrived = shoot::<Invisible>(&plan, photons, pass).by_class;
+            let arrived = shoot::<Invisible>(&plan, &frame, pass).by_class;
             arrived[1].iter().map(|photon| f64::from(photon.power.0.x)).sum()
         })
         .collect();

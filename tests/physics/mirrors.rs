@@ -5,6 +5,7 @@ use glam::Vec3;
 use halflight::light::{Invisible, Light};
 use halflight::optics::{Lobe, Mirror};
 use halflight::plan::Plan;
+use halflight::render::learn;
 use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
 use halflight::shoot::shoot;
 
@@ -45,10 +46,11 @@ fn photons_go_through_two_mirrors() {
         cone,
     });
     let plan = Plan::new(build.finish(), small(8, 8, 20_000));
-    let photons = plan.photons.as_ref().expect("mirrors feed photons");
+    let frame = learn(&plan);
+    assert!(frame.photons.is_some(), "mirrors feed photons");
     let power: Vec<f64> = (0..24)
         .map(|pass| {
-            shoot::<Invisible>(&plan, photons, pass).by_class[1].iter().map(|p| f64::from(p.power.0.x)).sum()
+            shoot::<Invisible>(&plan, &frame, pass).by_class[1].iter().map(|p| f64::from(p.power.0.x)).sum()
         })
         .collect();
     Measured::of(&power).must_be(3.0 * 0.8 * 0.5, 0.001);

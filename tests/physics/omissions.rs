@@ -5,12 +5,11 @@ use crate::agreement::{cornell, mixed};
 use crate::support::{Build, diffuse, glow, look};
 use glam::Vec3;
 use halflight::film::{Film, Layer};
-use halflight::gather::Connections;
 use halflight::light::{Light, Matrix};
 use halflight::measure::{Estimate, agreement};
 use halflight::optics::{Lobe, Mirror, ThinDielectric};
-use halflight::plan::{Omittable, Plan, Settings, Visibility};
-use halflight::render::render_pass;
+use halflight::plan::{Frame, Omittable, Plan, Settings, Visibility};
+use halflight::render::{learn, render_pass};
 use halflight::scene::{Emission, Illumination, Luminaire, Matter, Projection, Scene};
 
 const SIDE: u32 = 16;
@@ -26,12 +25,15 @@ fn keeping(keep: &[Omittable]) -> Settings {
 }
 
 fn film(plan: &Plan, passes: u32) -> Film {
+    framed(plan, &learn(plan), passes)
+}
+
+fn framed(plan: &Plan, frame: &Frame, passes: u32) -> Film {
     let layers: &[Layer] =
         if plan.settings.invisible { &LAYERS } else { &[Layer::Visible, Layer::Emitted, Layer::Depth] };
     let mut film = Film::new(SIDE, SIDE, layers);
-    let connections = Connections::new(plan);
     let planes: Vec<Layer> = film.accumulated().chain([Layer::Bias]).collect();
-    (0..passes).for_each(|pass| film.add(&render_pass(plan, &connections, pass, &planes).0));
+    (0..passes).for_each(|pass| film.add(&render_pass(plan, frame, pass, &planes).0));
     film
 }
 
@@ -156,7 +158,7 @@ fn luminaires_with_a_closed_form_are_not_sampled_for() {
     assert!(known < 0.1 * sampled, "{known} {sampled}");
     // Where things cast shadows it would be wrong to take it for all.
     let right = Plan::new(cornell(ONE_BOUNCE), settings());
-    assert!(!right.closed_form.is_empty());
+    assert!(right.connections.has_closed_form());
     let blind =
         forced(Plan::new(cornell(ONE_BOUNCE), settings()), |plan| plan.visibility = Visibility::Everywhere);
     different("no shadows", &film(&right, 60), &film(&blind, 60));
@@ -305,14 +307,15 @@ fn a_mirror_that_sees_a_local_surface() {
     lamp(&mut build, Vec3::new(0.0, 0.5, -0.6), Light::new(Vec3::splat(3.0), Vec3::ZERO));
     let scene = build.finish();
     let lean = Plan::new(scene.clone(), settings());
-    let photons = lean.photons.clone().expect("the wall feeds the floor");
+    let frame = learn(&lean);
+    let photons = frame.photons.clone().expect("the wall feeds the floor");
     assert!(photons.deposits[floor as usize] && omits(&lean, Omittable::CausticPhotons));
     let everything = Settings { keep_everything: true, seed: 7, ..settings() };
     let right = film(&lean, 300);
     same_within_noise("mirrored", &right, &film(&Plan::new(scene, everything), 300));
     let mut dark = photons;
     dark.deposits[floor as usize] = false;
-    different("no deposits", &right, &film(&forced(lean, |plan| plan.photons = Some(dark)), 300));
+    different("no deposits", &right, &framed(&lean, &Frame { photons: Some(dark), ..frame }, 300));
 }
 
 #[test]
@@ -332,7 +335,7 @@ fn a_lamp_behind_glass() {
     exact("pane", &scene, Omittable::IndirectPhotons, Alike::Bits, &settings());
     exact("pane", &scene, Omittable::VisibleHalf, Alike::Noise(200), &settings());
     let right = film(&lean, 60);
-    different("no photons", &right, &film(&forced(lean, |plan| plan.photons = None), 60));
+    different("no photons", &right, &framed(&lean, &Frame { photons: None, ..learn(&lean) }, 60));
     let blind = forced(Plan::new(scene, settings()), |plan| plan.visibility = Visibility::Everywhere);
     different("no visibility", &right, &film(&blind, 60));
 }
@@ -360,13 +363,14 @@ fn two_mirrors() -> Scene {
 fn a_second_column_that_matters_through_two_mirrors_alone() {
     let settings = Settings { paths: Some(20_000), ..settings() };
     let lean = Plan::new(two_mirrors(), settings.clone());
-    let photons = lean.photons.clone().expect("mirrors feed photons");
+    let frame = learn(&lean);
+    let photons = frame.photons.clone().expect("mirrors feed photons");
     assert!(photons.both_halves && !omits(&lean, Omittable::VisibleHalf));
     let right = film(&lean, 40);
     let everything = Settings { keep_everything: true, seed: 7, ..settings };
     same_within_noise("two mirrors", &right, &film(&Plan::new(two_mirrors(), everything), 40));
     let half = halflight::plan::PhotonPlan { both_halves: false, ..photons };
-    different("one half", &right, &film(&forced(lean, |plan| plan.photons = Some(half)), 40));
+    different("one half", &right, &framed(&lean, &Frame { photons: Some(half), ..frame }, 40));
 }
 
 #[test]

@@ -65,7 +65,7 @@ fn rendered(scene: &Scene, settings: Settings, passes: u32) -> Vec<Vec3> {
 
 fn chosen(scene: &Scene) -> (Direct, String) {
     let render = Render::new(scene.clone(), settings(Direct::Auto), &[Layer::Visible]).expect("a render");
-    (render.plan().settings.direct, render.plan().direct_because.clone())
+    (render.frame().direct, render.frame().direct_because.clone())
 }
 
 #[test]
