@@ -91,7 +91,7 @@ fn lamp_above_floor() -> Scene {
 
 fn lamp_and(more: impl Fn(&mut Build, u32)) -> Scene {
     let mut build = Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.004 };
+    build.yfov(0.004);
     let floor = build.material("Floor", diffuse(ALBEDO as f32));
     let lamp = build.material("Lamp", diffuse(0.0));
     build.0.materials[lamp as usize].emission = glow(RADIANCE as f32);
