@@ -75,9 +75,9 @@ pub enum Luminaire {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotCone {
     /// Versine of the half-angle of the full core.
-    inner: f32,
+    pub(super) inner: f32,
     /// Versine of the half-angle of the whole cone, ≥ `inner`.
-    outer: f32,
+    pub(super) outer: f32,
 }
 
 impl SpotCone {
