@@ -20,6 +20,7 @@ impl Emission {
 
 /// What shines: one triangle of an emissive surface, or a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Luminaire {
     /// A triangle whose material has an [`Emission`].
     Triangle {

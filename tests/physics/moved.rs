@@ -39,6 +39,7 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
                 (*a1, *a2) = (*a1 / size, *a2 / (size * size));
             }
             Luminaire::Directional { direction, .. } => *direction = turned(*direction),
+            _ => unreachable!("a luminaire that this does not know how to move"),
         }
     }
     scene
@@ -70,7 +71,7 @@ fn middle(scene: &Scene, luminaire: &Luminaire) -> Option<Vec3> {
         Luminaire::Point { position, .. }
         | Luminaire::Spot { position, .. }
         | Luminaire::Warn { position, .. } => Some(position),
-        Luminaire::Directional { .. } => None,
+        _ => None,
     }
 }
 
