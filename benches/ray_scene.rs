@@ -5,7 +5,7 @@ use halflight::light::Matrix;
 use halflight::optics::{Diffuse, Lobe};
 use halflight::rays::{Ray, Rays};
 use halflight::sampling::{Rng, Stream, warp};
-use halflight::scene::{Camera, Material, Mesh, Projection, Scene, Surface};
+use halflight::scene::{Camera, Material, Projection, Scene, Shape};
 use std::f32::consts::{PI, TAU};
 
 /// Rays per set.
@@ -13,62 +13,47 @@ pub const COUNT: usize = 1 << 16;
 
 /// Two spheres of 250 000 triangles in a box of 12.
 pub fn scene(straight_of_spheres: Matrix) -> Scene {
-    let mut mesh = Mesh::default();
-    let mut add = |corners: [Vec3; 3], surface: u32| {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(corners);
-        mesh.normals.extend([Vec3::Z; 3]);
-        mesh.triangles.push([first, first + 1, first + 2]);
-        mesh.surface.push(surface);
+    let camera = Camera::look_at(
+        Vec3::new(0.0, -1.95, 1.2),
+        Vec3::new(0.0, 0.0, 0.8),
+        Vec3::Z,
+        Projection::Perspective { yfov: 1.2 },
+    );
+    let mut scene = Scene::builder("two spheres in a box").camera(camera).origin(DVec3::ZERO);
+    let both = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let walls = scene.material(Material::new("walls", both).with_straight(Matrix::ZERO));
+    let spheres = scene.material(Material::new("spheres", both).with_straight(straight_of_spheres));
+    let soup = |material: u32, corners: &[[Vec3; 4]]| {
+        let triangles: Vec<_> = (0..corners.len() as u32)
+            .flat_map(|i| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * i + k)))
+            .collect();
+        let shape = Shape::new("", material, corners.concat(), triangles);
+        Shape { closed: Some(false), ..shape }
     };
+    let mut quads = Vec::new();
     for (centre, radius) in [(Vec3::new(-0.8, 0.3, 0.7), 0.7), (Vec3::new(0.7, -0.4, 0.9), 0.9)] {
         let point = |i: usize, j: usize| {
             let (phi, theta) = (TAU * i as f32 / 500.0, PI * j as f32 / 250.0);
             centre + radius * Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
         };
-        for i in 0..500 {
-            for j in 0..250 {
-                let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
-                add([a, b, c], 1);
-                add([a, c, d], 1);
-            }
-        }
+        let cells = (0..500).flat_map(|i| (0..250).map(move |j| (i, j)));
+        quads
+            .extend(cells.map(|(i, j)| [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]));
     }
-    for axis in 0..3 {
-        for side in [-2.0, 2.0] {
-            let corner = |x: f32, y: f32| {
-                let mut p = Vec3::ZERO;
-                p[axis] = side;
-                p[(axis + 1) % 3] = x;
-                p[(axis + 2) % 3] = y;
-                p + Vec3::Z
-            };
-            let [a, b, c, d] = [corner(-2.0, -2.0), corner(2.0, -2.0), corner(2.0, 2.0), corner(-2.0, 2.0)];
-            add([a, b, c], 0);
-            add([a, c, d], 0);
-        }
+    scene.shape(soup(spheres, &quads));
+    quads.clear();
+    for (axis, side) in (0..3).flat_map(|axis| [-2.0, 2.0].map(|side| (axis, side))) {
+        let corner = |[x, y]: [f32; 2]| {
+            let mut p = Vec3::ZERO;
+            p[axis] = side;
+            p[(axis + 1) % 3] = x;
+            p[(axis + 2) % 3] = y;
+            p + Vec3::Z
+        };
+        quads.push([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]].map(corner));
     }
-    let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-    let both = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
-    let matter = |straight: Matrix| Material::new("matter", both).with_straight(straight);
-    let mut scene = Scene {
-        name: "two spheres in a box".to_owned(),
-        mesh,
-        surfaces: vec![surface(0), surface(1)],
-        materials: vec![matter(Matrix::ZERO), matter(straight_of_spheres)],
-        luminaires: Vec::new(),
-        camera: Camera::look_at(
-            Vec3::new(0.0, -1.95, 1.2),
-            Vec3::new(0.0, 0.0, 0.8),
-            Vec3::Z,
-            Projection::Perspective { yfov: 1.2 },
-        ),
-        origin: DVec3::ZERO,
-        illumination: None,
-        notes: Vec::new(),
-    };
-    scene.illuminate(None, &[]).expect("no names");
-    scene
+    scene.shape(soup(walls, &quads));
+    scene.build().expect("a good scene")
 }
 
 /// Coherent camera rays; diffuse bounces from where they land; segments from there to a small luminaire.

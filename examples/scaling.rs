@@ -11,7 +11,7 @@ use halflight::photon_map::PhotonMap;
 use halflight::plan::{Plan, Settings};
 use halflight::render::{learn, render_pass};
 use halflight::sampling::{Rng, Stream};
-use halflight::scene::{Camera, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
+use halflight::scene::{Camera, Luminaire, Material, Projection, Scene, Shape};
 use halflight::shoot::shoot;
 use std::time::Instant;
 
@@ -98,60 +98,43 @@ fn best<T>(tries: usize, mut work: impl FnMut() -> T) -> (f64, T) {
 
 /// A ball of 8·4ⁿ triangles in a room, lit by a point.
 fn ball(halvings: u32) -> Scene {
-    let mut mesh = Mesh::default();
-    let mut add = |corners: [Vec3; 3], surface: u32| {
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(corners);
-        mesh.normals.extend([Vec3::Y; 3]);
-        mesh.triangles.push([first, first + 1, first + 2]);
-        mesh.surface.push(surface);
-    };
+    let camera =
+        Camera::look_at(Vec3::new(0.0, 0.5, 2.9), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.9 });
+    let mut scene = Scene::builder("ball").camera(camera).origin(DVec3::ZERO);
+    let diffuse = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
+    let [room, ball] = ["Room", "Ball"].map(|name| scene.material(Material::new(name, diffuse)));
+    let mut triangles = Vec::new();
     for signs in 0..8 {
         let sign = |bit: u32| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
         let corners = [sign(0) * Vec3::X, sign(1) * Vec3::Y, sign(2) * Vec3::Z];
         let outwards = sign(0) * sign(1) * sign(2) > 0.0;
-        let mut triangles = vec![if outwards { corners } else { [corners[0], corners[2], corners[1]] }];
-        for _ in 0..halvings {
-            triangles = triangles.into_iter().flat_map(in_four).collect();
-        }
-        triangles.into_iter().for_each(|corners| add(corners, 1));
+        triangles.push(if outwards { corners } else { [corners[0], corners[2], corners[1]] });
     }
+    for _ in 0..halvings {
+        triangles = triangles.into_iter().flat_map(in_four).collect();
+    }
+    let indices: Vec<_> = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let shape = Shape::new("Ball", ball, triangles.into_iter().flatten(), indices);
+    scene.shape(Shape { closed: Some(false), ..shape });
     for axis in 0..3 {
         for side in [-3.0, 3.0] {
-            let corner = |x: f32, y: f32| {
+            let corner = |[x, y]: [f32; 2]| {
                 let mut p = Vec3::ZERO;
                 (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, x, y);
                 p
             };
-            let around = if side < 0.0 {
-                [corner(-3.0, -3.0), corner(3.0, -3.0), corner(3.0, 3.0), corner(-3.0, 3.0)]
-            } else {
-                [corner(-3.0, 3.0), corner(3.0, 3.0), corner(3.0, -3.0), corner(-3.0, -3.0)]
-            };
-            add([around[0], around[1], around[2]], 0);
-            add([around[0], around[2], around[3]], 0);
+            let mut around = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]].map(corner);
+            if side > 0.0 {
+                around.reverse();
+            }
+            scene.shape(Shape::quad("Wall", room, around));
         }
     }
-    let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-    let diffuse = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
-    let camera =
-        Camera::look_at(Vec3::new(0.0, 0.5, 2.9), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.9 });
-    let mut scene = Scene {
-        name: "ball".to_owned(),
-        mesh,
-        surfaces: vec![surface(0), surface(1)],
-        materials: ["Room", "Ball"].map(|name| Material::new(name, diffuse)).to_vec(),
-        luminaires: vec![Luminaire::Point {
-            position: Vec3::new(1.0, 2.5, 1.5),
-            intensity: Light::both(Vec3::ONE),
-        }],
-        camera,
-        origin: DVec3::ZERO,
-        illumination: None,
-        notes: Vec::new(),
-    };
-    scene.illuminate(Some(Illumination::GLOBAL), &[]).expect("no names");
-    scene
+    scene.luminaire(Luminaire::Point {
+        position: Vec3::new(1.0, 2.5, 1.5),
+        intensity: Light::both(Vec3::ONE),
+    });
+    scene.build().expect("a good scene")
 }
 
 /// Both neighbours of an edge find the same middle.

@@ -66,7 +66,7 @@ fn material(material: &Material) -> Result<Value, Box<dyn Error>> {
         Lobe::Diffuse(lobe) => (lobe.albedo, 0, 1, lobe.two_sided),
         Lobe::Mirror(lobe) => (lobe.tint, 1, 0, lobe.two_sided),
         Lobe::Dielectric(lobe) => (lobe.tint, 0, 0, false),
-        Lobe::ThinDielectric(lobe) => (lobe.tint, 0, 0, false),
+        _ => return Err("only diffuse, mirrors and solid glass".into()),
     };
     let mut json = json!({
         "name": material.name,

@@ -33,7 +33,7 @@
 //!                                              camera rays ─ path trace (the opponent) ─► the same Film
 //! ```
 //!
-//! 1. [`scene`] loads a glTF file; every material becomes a matrix BSDF [`optics::Bsdf`], `F = Σ C_k f_k`.
+//! 1. [`scene`] loads a glTF file, or is built in code; every material becomes a matrix BSDF [`optics::Bsdf`], `F = Σ C_k f_k`.
 //! 2. [`plan`] looks at the matrices, decides what the picture needs, and leaves out the rest.
 //! 3. [`mod@shoot`] sends photons from the luminaires; matrices act on their [`light::Light`] from the left.
 //! 4. [`photon_map`] makes kd-trees of them.

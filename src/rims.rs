@@ -236,34 +236,20 @@ fn merge_equal(rims: Vec<Rim>) -> Vec<Rim> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::{Diffuse, Lobe};
     use crate::sampling::{Rng, Stream};
-    use crate::scene::{Camera, Illumination, Material, Mesh, Projection, Surface};
+    use crate::scene::{Camera, Material, Projection, Shape};
     use glam::DVec3;
 
     /// Triangles in the plane y = 0 with their fronts up, all in one diffuse surface.
     fn scene(triangles: &[[[f32; 2]; 3]]) -> Scene {
-        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: false });
-        let positions: Vec<Vec3> = triangles.iter().flatten().map(|&[x, z]| Vec3::new(x, 0.0, -z)).collect();
+        let positions = triangles.iter().flatten().map(|&[x, z]| Vec3::new(x, 0.0, -z));
+        let indices: Vec<_> = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let projection = Projection::Perspective { yfov: 1.0 };
-        let mut scene = Scene {
-            name: "rims".into(),
-            mesh: Mesh {
-                normals: vec![Vec3::Y; positions.len()],
-                triangles: (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
-                surface: vec![0; triangles.len()],
-                positions,
-            },
-            surfaces: vec![Surface { name: "floor".into(), material: 0, smooth: false, closed: false }],
-            materials: vec![Material::new("floor", lobe)],
-            luminaires: Vec::new(),
-            camera: Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, projection),
-            origin: DVec3::ZERO,
-            illumination: Some(Illumination::GLOBAL),
-            notes: Vec::new(),
-        };
-        scene.illuminate(None, &[]).unwrap();
-        scene
+        let camera = Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, projection);
+        let mut scene = Scene::builder("rims").camera(camera).origin(DVec3::ZERO);
+        let floor = scene.material(Material::diffuse("floor", Vec3::ONE));
+        scene.shape(Shape::new("floor", floor, positions, indices));
+        scene.build().unwrap()
     }
 
     fn rims(triangles: &[[[f32; 2]; 3]]) -> Rims {

@@ -5,6 +5,7 @@ use glam::Vec3;
 
 /// A scalar lobe (RGB), everything but the straight one: the paper's f_opaque is a sum of these.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Lobe {
     /// Lambert's reflector.
     Diffuse(Diffuse),

@@ -3,8 +3,8 @@
 use super::*;
 use crate::light::{Light, Matrix};
 use crate::optics::{Diffuse, Lobe, Mirror};
-use crate::scene::{Camera, Illumination, Luminaire, Material, Matter, Mesh, Projection, Surface};
-use glam::{DVec3, Vec3};
+use crate::scene::{Camera, Illumination, Luminaire, Material, Matter, Projection, Shape};
+use glam::Vec3;
 
 const RED: Vec3 = Vec3::new(0.5, 0.0, 0.0);
 const GREY: Vec3 = Vec3::splat(0.5);
@@ -26,26 +26,16 @@ fn opaque(matrix: [[f32; 2]; 2]) -> Illumination {
 
 /// A scene of one triangle per material, named 0, 1, …, and a point light.
 fn scene(materials: &[(Lobe, Illumination)], intensity: Light) -> Scene {
-    let n = materials.len() as u32;
     let corner = |i: u32| Vec3::new((i % 3) as f32, (i / 3) as f32, ((i % 3) * (i % 3)) as f32);
-    let mut scene = Scene {
-        name: "rules".into(),
-        mesh: Mesh {
-            positions: (0..3 * n).map(corner).collect(),
-            normals: vec![Vec3::Y; 3 * n as usize],
-            triangles: (0..n).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
-            surface: (0..n).collect(),
-        },
-        surfaces: (0..n)
-            .map(|material| Surface { name: "thing".into(), material, smooth: true, closed: false })
-            .collect(),
-        materials: (0..).zip(materials).map(|(i, m)| Material::new(i.to_string(), m.0)).collect(),
-        luminaires: vec![Luminaire::Point { position: Vec3::ONE, intensity }],
-        camera: Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, Projection::Perspective { yfov: 1.0 }),
-        origin: DVec3::ZERO,
-        illumination: None,
-        notes: Vec::new(),
-    };
+    let camera = Camera::look_at(Vec3::Y, Vec3::ZERO, Vec3::Z, Projection::Perspective { yfov: 1.0 });
+    let mut scene = Scene::builder("rules").camera(camera);
+    for (i, (lobe, _)) in (0..).zip(materials) {
+        let material = scene.material(Material::new(i.to_string(), *lobe));
+        let shape = Shape::new("thing", material, [3 * i, 3 * i + 1, 3 * i + 2].map(corner), [[0, 1, 2]]);
+        scene.shape(shape.with_normals(vec![Vec3::Y; 3]));
+    }
+    scene.luminaire(Luminaire::Point { position: Vec3::ONE, intensity });
+    let mut scene = scene.build().unwrap();
     let set: Vec<_> = (0..).zip(materials).map(|(i, m)| (i.to_string(), m.1)).collect::<Vec<(String, _)>>();
     scene.illuminate(None, &set).expect("its own names");
     scene

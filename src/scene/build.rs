@@ -141,3 +141,78 @@ impl SceneBuilder {
         scene
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Emission, Projection};
+
+    /// A lamp above a floor, 1000 km from the world's zero.
+    fn far() -> SceneBuilder {
+        let at = 1e6 * Vec3::X;
+        let camera = Camera::look_at(at + Vec3::Z, at, Vec3::Y, Projection::Perspective { yfov: 1.0 });
+        let mut scene = Scene::builder("far").camera(camera).illumination(Illumination::LOCAL);
+        let floor = scene.material(Material::diffuse("Floor", Vec3::ONE));
+        let lamp = Material::diffuse("Lamp", Vec3::ZERO).with_emission(Emission::front(Vec3::ONE));
+        let lamp = scene.material(lamp);
+        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+        let level = |y: f64| corners.map(|[x, z]| [1e6 + x, y, z]);
+        scene.shape(Shape::quad("Floor", floor, level(0.0)));
+        scene.shape(Shape::quad("Lamp", lamp, level(1.0)).inside_out());
+        scene.luminaire(Luminaire::Point { position: at, intensity: crate::light::Light::both(Vec3::ONE) });
+        scene
+    }
+
+    #[test]
+    fn what_is_built_is_ready_to_be_planned() {
+        let scene = far().build().unwrap();
+        assert_eq!(scene.origin, DVec3::new(1e6 + 0.5, 0.5, 0.5));
+        assert_eq!(scene.camera.position, Vec3::new(-0.5, -0.5, 0.5));
+        assert_eq!(scene.surfaces.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["Lamp", "Floor"]);
+        let [Luminaire::Triangle { triangle: 0, area: 0.5, .. }, _, Luminaire::Point { position, .. }] =
+            scene.luminaires[..]
+        else {
+            panic!("{:?}", scene.luminaires)
+        };
+        assert_eq!((position, scene.mesh.normal(0)), (Vec3::new(-0.5, -0.5, -0.5), Vec3::NEG_Y));
+        assert_eq!(scene.material_of(2).resolved(), "local");
+        assert_eq!(far().origin(DVec3::X).build().unwrap().mesh.corners(2)[0].x, 1e6 - 1.0);
+    }
+
+    #[test]
+    fn what_cannot_be_is_told_in_a_line() {
+        type Spoil = fn(&mut SceneBuilder);
+        let nan = f32::NAN;
+        let cases: [(&str, Spoil); 16] = [
+            ("no camera", |s| s.camera = None),
+            ("camera: ", |s| s.camera.as_mut().unwrap().forward = Vec3::NAN),
+            ("camera: ", |s| s.camera.as_mut().unwrap().projection = Projection::Perspective { yfov: 4.0 }),
+            ("camera: its aspect", |s| s.camera.as_mut().unwrap().aspect = Some(0.0)),
+            ("`Floor`: there is no material 2", |s| s.shapes[0].material = 2),
+            ("`Floor`: a triangle refers to vertex 4 of 4", |s| s.shapes[0].triangles[1][2] = 4),
+            ("`Floor`: the position of vertex 3", |s| s.shapes[0].positions[3].y = f64::INFINITY),
+            ("4 positions and 3 normals", |s| s.shapes[0].normals = Some(vec![Vec3::Y; 3])),
+            ("`Floor`: the normal of vertex 0", |s| s.shapes[0].normals = Some(vec![Vec3::NAN; 4])),
+            ("`Floor`: Diffuse", |s| s.materials[0] = Material::diffuse("Floor", Vec3::NEG_X)),
+            ("`Glass`: its ior is 0", |s| s.materials[0] = Material::glass("Glass", 0.0)),
+            ("negative", |s| s.materials[0].straight = Some([[0.0, -1.0], [0.0, 0.0]].into())),
+            ("outside the square", |s| s.illumination = Some(Illumination::Square { s: 2.0, t: 0.0 })),
+            ("`Lamp`: its emission", |s| s.materials[1].emission = Some(Emission::front(Vec3::INFINITY))),
+            ("more power", |s| s.materials[1].emission = Some(Emission::front(Vec3::splat(1e38)))),
+            ("its direction", |s| {
+                s.luminaires.push(Luminaire::Directional {
+                    direction: Vec3::ZERO,
+                    irradiance: crate::light::Light::ZERO,
+                });
+            }),
+        ];
+        for (needle, spoil) in cases {
+            let mut scene = far();
+            spoil(&mut scene);
+            let told = scene.build().expect_err(needle).to_string();
+            assert!(told.starts_with("far: ") && told.contains(needle) && !told.contains('\n'), "{told}");
+        }
+        let itself = Camera::look_at(Vec3::ONE, Vec3::ONE, Vec3::Y, Projection::Perspective { yfov: nan });
+        assert!(far().camera(itself).build().is_err());
+    }
+}

@@ -3,6 +3,7 @@ use std::str::FromStr;
 
 /// What the user calls an illumination: a point of the square, a preset, or matrices of the user's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Illumination {
     /// F(s, t): s turns on inter-reflection, t turns off shadows; both in [0, 1].
     Square {

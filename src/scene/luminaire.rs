@@ -20,6 +20,7 @@ impl Emission {
 
 /// What shines: one triangle of an emissive surface, or a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Luminaire {
     /// A triangle whose material has an [`Emission`].
     Triangle {
@@ -75,9 +76,9 @@ pub enum Luminaire {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotCone {
     /// Versine of the half-angle of the full core.
-    inner: f32,
+    pub(super) inner: f32,
     /// Versine of the half-angle of the whole cone, ≥ `inner`.
-    outer: f32,
+    pub(super) outer: f32,
 }
 
 impl SpotCone {

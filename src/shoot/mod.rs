@@ -311,46 +311,27 @@ mod tests {
     use super::levels::ENOUGH;
     use super::*;
     use crate::light::{Invisible, Light};
-    use crate::optics::{Dielectric, Diffuse, Lobe};
+    use crate::optics::{Diffuse, Lobe};
     use crate::plan::Settings;
-    use crate::scene::{Camera, Illumination, Luminaire, Mesh, Projection, Scene, Surface};
+    use crate::scene::{Camera, Luminaire, Projection, Scene, Shape};
     use glam::DVec3;
 
     /// A floor at y = 0 below a sheet of glass at y = 1, and lights of equal power.
     fn below_glass(lights: &[Vec3]) -> Scene {
-        let mut mesh = Mesh::default();
-        for (surface, y, turn) in [(0, 0.0, -1.0), (1, 1.0, 1.0)] {
-            let corner = |x: f32, z: f32| Vec3::new(4.0 * x, y, 4.0 * turn * z);
-            let first = mesh.positions.len() as u32;
-            mesh.positions.extend([
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ]);
-            mesh.normals.extend([-turn * Vec3::Y; 4]);
-            mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-            mesh.surface.extend([surface; 2]);
-        }
-        let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-        let floor = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
-        let glass = Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE });
         let projection = Projection::Perspective { yfov: 0.5 };
-        let light =
-            |position: &Vec3| Luminaire::Point { position: *position, intensity: Light::both(Vec3::ONE) };
-        let mut scene = Scene {
-            name: "below glass".to_owned(),
-            mesh,
-            surfaces: vec![surface(0), surface(1)],
-            materials: vec![Material::new("Floor", floor), Material::new("Glass", glass)],
-            luminaires: lights.iter().map(light).collect(),
-            camera: Camera::look_at(Vec3::new(0.0, 0.8, 3.0), Vec3::ZERO, Vec3::Y, projection),
-            origin: DVec3::ZERO,
-            illumination: None,
-            notes: Vec::new(),
-        };
-        scene.illuminate(Some(Illumination::GLOBAL), &[]).expect("no names");
-        scene
+        let camera = Camera::look_at(Vec3::new(0.0, 0.8, 3.0), Vec3::ZERO, Vec3::Y, projection);
+        let mut scene = Scene::builder("below glass").camera(camera).origin(DVec3::ZERO);
+        let floor = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+        let materials = [Material::new("Floor", floor), Material::glass("Glass", 1.5)];
+        for (material, y, turn) in [(0, 0.0, -1.0), (1, 1.0, 1.0)] {
+            let corner = |[x, z]: [f32; 2]| Vec3::new(4.0 * x, y, 4.0 * turn * z);
+            let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner);
+            scene.shape(Shape::quad("", material, corners));
+        }
+        scene.materials = materials.to_vec();
+        let intensity = Light::both(Vec3::ONE);
+        scene.luminaires = lights.iter().map(|&position| Luminaire::Point { position, intensity }).collect();
+        scene.build().unwrap()
     }
 
     #[test]

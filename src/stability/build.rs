@@ -6,11 +6,13 @@ use crate::light::Light;
 use crate::optics::{Dielectric, Diffuse, Lobe};
 use crate::plan::Settings;
 use crate::render::Render;
-use crate::scene::{Camera, Emission, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
+use crate::scene::{
+    Camera, Emission, Illumination, Luminaire, Material, Projection, Scene, SceneBuilder, Shape,
+};
 use glam::{DVec3, Vec3};
 
-/// Builds a scene piece by piece.
-pub(super) struct Build(pub Scene);
+/// A scene under construction, about the world's zero: what is checked is what happens at its coordinates.
+pub(super) struct Build(pub SceneBuilder);
 
 /// Lambert's reflector, one-sided.
 pub(super) fn diffuse(albedo: f32) -> Lobe {
@@ -28,47 +30,24 @@ pub(super) fn look(from: Vec3, at: Vec3, yfov: f32) -> Camera {
     Camera::look_at(from, at, up, Projection::Perspective { yfov })
 }
 
-/// The same emission of both halves from the front.
-pub(super) fn glow(radiance: f32) -> Option<Emission> {
-    Some(Emission { radiance: Light::both(Vec3::splat(radiance)), two_sided: false })
-}
-
 impl Build {
     pub fn new(illumination: Illumination, camera: Camera) -> Self {
-        Self(Scene {
-            name: "check".into(),
-            mesh: Mesh::default(),
-            surfaces: Vec::new(),
-            materials: Vec::new(),
-            luminaires: Vec::new(),
-            camera,
-            origin: DVec3::ZERO,
-            illumination: Some(illumination),
-            notes: Vec::new(),
-        })
+        Self(Scene::builder("check").illumination(illumination).camera(camera).origin(DVec3::ZERO))
     }
 
     pub fn material(&mut self, name: &str, lobe: Lobe) -> u32 {
-        self.0.materials.push(Material::new(name, lobe));
-        self.0.materials.len() as u32 - 1
+        self.0.material(Material::new(name, lobe))
     }
 
     pub fn glowing(&mut self, albedo: f32, radiance: f32) -> u32 {
-        let material = self.material("Glowing", diffuse(albedo));
-        self.0.materials[material as usize].emission = glow(radiance);
-        material
+        let emission = Emission::front(Vec3::splat(radiance));
+        self.0.material(Material::diffuse("Glowing", Vec3::splat(albedo)).with_emission(emission))
     }
 
-    /// Triangles of one surface; counter-clockwise is the front.
+    /// Triangles of one open surface; counter-clockwise is the front.
     pub fn mesh(&mut self, positions: &[Vec3], triangles: &[[u32; 3]], material: u32) {
-        let scene = &mut self.0;
-        let surface = scene.surfaces.len() as u32;
-        scene.surfaces.push(Surface { name: "thing".into(), material, smooth: false, closed: false });
-        let first = scene.mesh.positions.len() as u32;
-        scene.mesh.positions.extend(positions);
-        scene.mesh.normals.extend(positions.iter().map(|_| Vec3::Y));
-        scene.mesh.triangles.extend(triangles.iter().map(|t| t.map(|i| first + i)));
-        scene.mesh.surface.extend(triangles.iter().map(|_| surface));
+        let shape = Shape::new("thing", material, positions.iter().copied(), triangles);
+        self.0.shape(Shape { closed: Some(false), ..shape });
     }
 
     /// A parallelogram; its front is where `a × b` points.
@@ -114,25 +93,12 @@ impl Build {
     }
 
     pub fn point_light(&mut self, position: Vec3, intensity: f32) {
-        let intensity = Light::both(Vec3::splat(intensity));
-        self.0.luminaires.push(Luminaire::Point { position, intensity });
+        self.0.luminaire(Luminaire::Point { position, intensity: Light::both(Vec3::splat(intensity)) });
     }
 
     /// The finished scene.
-    pub fn finish(mut self) -> Scene {
-        for (i, surface) in self.0.mesh.surface.iter().enumerate() {
-            let material = self.0.surfaces[*surface as usize].material;
-            if let Some(emission) = self.0.materials[material as usize].emission {
-                let area = self.0.mesh.area(i as u32);
-                self.0.luminaires.push(Luminaire::Triangle { triangle: i as u32, emission, area });
-            }
-        }
-        for material in &mut self.0.materials {
-            material.bsdf = Default::default();
-        }
-        // No names are asked for, so no name can be wrong.
-        let _ = self.0.illuminate(None, &[]);
-        self.0
+    pub fn finish(self) -> Scene {
+        self.0.build().expect("a scene of the program's own")
     }
 }
 

@@ -6,7 +6,7 @@ use crate::light::{Invisible, Light};
 use crate::optics::{Dielectric, Lobe, Mirror};
 use crate::pilot::learn;
 use crate::plan::Plan;
-use crate::scene::{Illumination, Luminaire, SpotCone};
+use crate::scene::{Illumination, Luminaire, Shape, SpotCone};
 use crate::shoot::shoot;
 use glam::Vec3;
 
@@ -237,13 +237,7 @@ fn ball(build: &mut Build, around: u32, down: u32, material: u32) {
         triangles.extend((j + 1 < down).then_some([first, first + 1, first + 2]));
         triangles.extend((j > 0).then_some([first, first + 2, first + 3]));
     }
-    build.mesh(&positions, &triangles, material);
-    let scene = &mut build.0;
-    let first = scene.mesh.positions.len() - positions.len();
-    scene.mesh.normals[first..].copy_from_slice(&positions);
-    if let Some(surface) = scene.surfaces.last_mut() {
-        (surface.smooth, surface.closed) = (true, true);
-    }
+    build.0.shape(Shape::new("ball", material, positions.iter().copied(), triangles).with_normals(positions));
 }
 
 fn facets(_: Effort) -> Vec<Check> {
@@ -272,9 +266,10 @@ fn hall(_: Effort) -> Vec<Check> {
     build.room(Vec3::splat(-2.0), Vec3::splat(2.0), wall);
     let lamp = build.glowing(0.0, 1.0);
     let (min, size) = (Vec3::new(-0.1, -0.2, -0.15), Vec3::splat(0.6));
-    let first = build.0.mesh.triangles.len();
+    let first = build.0.shapes.len();
     build.room(min, min + size, lamp);
-    build.0.mesh.triangles[first..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    let outside = build.0.shapes[first..].iter_mut().flat_map(|shape| &mut shape.triangles);
+    outside.for_each(|triangle| triangle.swap(1, 2));
     vec![mean_is("its brightness", build.finish(), film(32, 32, 1), 300, 1.0, 1e-4)]
 }
 

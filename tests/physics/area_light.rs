@@ -26,9 +26,13 @@ fn expected() -> f64 {
 }
 
 fn scene(illumination: Illumination, blocker: bool) -> Scene {
+    build(illumination, blocker).finish()
+}
+
+fn build(illumination: Illumination, blocker: bool) -> Build {
     let mut build = Build::new(illumination, look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO));
     // A camera so far off and narrow that the form factor is constant over what it sees.
-    build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.004 };
+    build.yfov(0.004);
     let floor = build.material("Floor", diffuse(ALBEDO as f32));
     let lamp = build.material("Lamp", diffuse(0.0));
     build.0.materials[lamp as usize].emission = glow(RADIANCE as f32);
@@ -38,7 +42,7 @@ fn scene(illumination: Illumination, blocker: bool) -> Scene {
     if blocker {
         build.quad(Vec3::new(-half, 0.5, -half), Vec3::Z * 2.0 * half, Vec3::X * 2.0 * half, floor);
     }
-    build.finish()
+    build
 }
 
 #[test]
@@ -77,8 +81,7 @@ fn an_opaque_sheet_shadows_and_a_shadowless_one_does_not() {
 
 /// A sheet in the way of camera or light, which turns its back to it.
 fn behind_a_sheet(backs: Backs, of_light: bool) -> Scene {
-    let mut build = Build(scene(Illumination::ONE_BOUNCE, false));
-    build.0.luminaires.clear();
+    let mut build = build(Illumination::ONE_BOUNCE, false);
     let sheet = build.material("Sheet", diffuse(0.9));
     build.0.materials[sheet as usize].backs = backs;
     if of_light {
@@ -111,9 +114,8 @@ fn half_a_shadow_lets_half_through() {
 #[test]
 fn no_pixel_behind_a_fence_is_below_zero() {
     // Half shadows everywhere, of bars as thin as a pixel.
-    let mut build = Build(scene(Illumination::ONE_BOUNCE, false));
-    build.0.luminaires.clear();
-    build.0.camera = look(Vec3::new(40.0, 20.0, 0.0), Vec3::ZERO);
+    let mut build = build(Illumination::ONE_BOUNCE, false);
+    build.0.camera = Some(look(Vec3::new(40.0, 20.0, 0.0), Vec3::ZERO));
     let bar = build.material("Bar", diffuse(0.5));
     for i in 0..16_u8 {
         let x = -1.5 + 0.2 * f32::from(i);

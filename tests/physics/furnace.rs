@@ -16,7 +16,7 @@ fn furnace(albedo: f32, illumination: Illumination) -> Scene {
     build.0.materials[wall as usize].emission = glow(1.0);
     build.sphere(Vec3::ZERO, 1.0, (64, 32), true, wall);
     // Flat: interpolated normals do not conserve energy.
-    build.0.surfaces[0].smooth = false;
+    build.flatten();
     build.finish()
 }
 
@@ -80,7 +80,7 @@ fn balls_of_few_facets_lose_nothing_however_they_are_shaded() {
         let wall = build.material("Wall", diffuse(0.0));
         build.0.materials[wall as usize].emission = glow(1.0);
         build.sphere(Vec3::ZERO, 9.0, (16, 8), true, wall);
-        build.0.surfaces[0].smooth = false;
+        build.flatten();
         let ball = build.material("Ball", lobe);
         build.sphere(Vec3::ZERO, 1.0, (10, 6), false, ball);
         build.finish()

@@ -95,7 +95,7 @@ fn furnace(wall: Lobe) -> Scene {
     let wall = build.material("Wall", wall);
     build.0.materials[wall as usize].emission = glow(1.0);
     build.sphere(Vec3::ZERO, 1.0, (32, 16), true, wall);
-    build.0.surfaces[0].smooth = false;
+    build.flatten();
     build.finish()
 }
 

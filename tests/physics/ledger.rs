@@ -22,7 +22,7 @@ fn mixed_scene() -> Scene {
     build.sphere(Vec3::new(0.5, 0.6, 0.0), 0.5, (48, 24), false, glass);
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0, mirror);
     // Flat normals: interpolated ones are not energy-conserving, here or anywhere.
-    build.0.surfaces.iter_mut().for_each(|surface| surface.smooth = false);
+    build.flatten();
     build.finish()
 }
 

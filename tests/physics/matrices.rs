@@ -16,7 +16,7 @@ const FLOOR: Matrix = Matrix::new([[0.0, 0.0], [0.8, 0.3]]);
 /// A spot of (I_inv, I_vis) = (5, 2) above two sheets that do not commute, above a floor.
 fn stack(upper: Matrix, lower: Matrix) -> Scene {
     let mut build = Build::new(Illumination::LOCAL, look(Vec3::new(2.0, 0.3, 0.0), Vec3::ZERO));
-    build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.001 };
+    build.yfov(0.001);
     let own = |straight| Illumination::Own(Matter { opaque: Matrix::ZERO, straight });
     let floor = build.material("Floor", diffuse(0.5));
     build.0.materials[floor as usize].opaque = Some(FLOOR);
@@ -65,7 +65,7 @@ fn photons_multiply_in_the_order_light_meets_them() {
 fn the_invisible_layer_reads_the_other_row() {
     // A floor that reflects into the invisible half only: the picture is black, the invisible layer is not.
     let mut build = Build::new(Illumination::LOCAL, look(Vec3::new(0.0, 1.0, 0.0), Vec3::ZERO));
-    build.0.camera.projection = halflight::scene::Projection::Perspective { yfov: 0.001 };
+    build.yfov(0.001);
     let floor = build.material("Floor", diffuse(0.5));
     build.0.materials[floor as usize].opaque = Some(Matrix::new([[0.4, 0.0], [0.0, 0.0]]));
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);

@@ -10,7 +10,7 @@ use halflight::optics::{Dielectric, Lobe};
 use halflight::plan::{Method, Omittable, Plan, Settings};
 use halflight::render::Render;
 use halflight::render::learn;
-use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
+use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, Shape, SpotCone};
 use halflight::shoot::shoot;
 
 fn glass(ior: f32) -> Lobe {
@@ -35,7 +35,7 @@ fn bend() -> Quat {
 
 /// A closed box with faces of `cells` × `cells` quadrilaterals; the lower half of its height is at `low`.
 fn brick(build: &mut Build, low: f32, high: f32, half: f32, cells: u32, material: u32) {
-    let first_triangle = build.0.mesh.triangles.len();
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let (min, max) = (Vec3::new(-half, low, -half), Vec3::new(half, high, half));
     let d = max - min;
     let (x, y, z) = (d * Vec3::X, d * Vec3::Y, d * Vec3::Z);
@@ -44,14 +44,30 @@ fn brick(build: &mut Build, low: f32, high: f32, half: f32, cells: u32, material
         for i in 0..cells {
             for j in 0..cells {
                 let at = corner + i as f32 / cells as f32 * a + j as f32 / cells as f32 * b;
-                build.quad(at, a / cells as f32, b / cells as f32, material);
+                let first = positions.len() as u32;
+                let (a, b) = (a / cells as f32, b / cells as f32);
+                positions.extend([at, at + a, at + a + b, at + b]);
+                triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
             }
         }
     }
-    // One surface, turned out of the axes.
-    let surface = build.0.mesh.surface[first_triangle];
-    build.0.surfaces[surface as usize].closed = true;
-    build.0.mesh.surface[first_triangle..].fill(surface);
+    // Corners of neighbours are the same but for rounding.
+    build.0.shape(Shape { closed: Some(true), ..Shape::new("brick", material, positions, triangles) });
+}
+
+/// Turns the last shape inside out.
+fn turn_last(build: &mut Build) {
+    let shape = build.0.shapes.pop().expect("a shape");
+    build.0.shape(shape.inside_out());
+}
+
+/// Makes the last two shapes one.
+fn join(build: &mut Build) {
+    let inner = build.0.shapes.pop().expect("two shapes");
+    let outer = build.0.shapes.last_mut().expect("two shapes");
+    let first = outer.positions.len() as u32;
+    outer.positions.extend(inner.positions);
+    outer.triangles.extend(inner.triangles.iter().map(|triangle| triangle.map(|vertex| first + vertex)));
 }
 
 /// Turns all that is there.
@@ -129,9 +145,8 @@ fn equal_glass_fuses_and_bubbles_are_air() {
             let a = build.material("A", glass(1.5));
             let b = if own { a } else { build.material("B", glass(1.2)) };
             brick(build, -1.0, 1.0, 3.0, 2, a);
-            let first = build.0.mesh.triangles.len();
             brick(build, -0.5, 0.5, 1.0, 3, b);
-            build.0.mesh.triangles[first..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            turn_last(build);
         };
         transmitted(hollow, true).must_be(through(&[1.0, 1.5, 1.0, 1.5, 1.0]), 2e-4);
     }
@@ -145,7 +160,7 @@ fn furnace(position: Vec3, at: Vec3, yfov: f32) -> Build {
     let wall = build.material("Wall", diffuse(0.0));
     build.0.materials[wall as usize].emission = glow(1.0);
     build.sphere(Vec3::ZERO, 9.0, (32, 16), true, wall);
-    build.0.surfaces[0].smooth = false;
+    build.flatten();
     build
 }
 
@@ -159,7 +174,7 @@ fn crowd(build: &mut Build) {
     build.sphere(Vec3::new(0.0, 0.9, 0.2), 0.6, (40, 20), false, b);
     build.sphere(Vec3::new(-1.5, 0.0, 0.0), 0.5, (24, 12), false, c);
     build.sphere(Vec3::new(-1.5, 0.0, 0.0), 0.5, (24, 12), false, a);
-    build.0.surfaces.iter_mut().for_each(|surface| surface.smooth = false);
+    build.flatten();
 }
 
 #[test]
@@ -277,13 +292,11 @@ fn a_liquid_has_its_colour_however_it_lies_in_its_glass() {
                 let tumbler = |build: &mut Build| {
                     let glass = build.material("Glass", tinted(1.5, Vec3::splat(g as f32)));
                     let wine = build.material("Wine", tinted(1.5, Vec3::splat(w as f32)));
-                    let first = build.0.mesh.triangles.len();
                     brick(build, -wall, wall, 1.5, 2, glass);
-                    let (surface, inner) = (build.0.mesh.surface[first], build.0.mesh.triangles.len());
                     brick(build, -hollow, hollow, 1.3, if own_mesh { 3 } else { 2 }, glass);
                     // The inner wall belongs to the same solid and looks into the hollow.
-                    build.0.mesh.triangles[inner..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
-                    build.0.mesh.surface[inner..].fill(surface);
+                    turn_last(build);
+                    join(build);
                     let (half, high) = (1.3 + into, hollow + into);
                     brick(build, -high, high, half, if own_mesh { 5 } else { 2 }, wine);
                 };
@@ -316,13 +329,11 @@ fn bubbles_and_nested_solids_are_tinted_by_what_is_passed() {
     let shell = |bubble: bool| {
         move |build: &mut Build| {
             let glass = build.material("Glass", tinted(1.5, Vec3::splat(g as f32)));
-            let first = build.0.mesh.triangles.len();
             brick(build, -1.0, 1.0, 3.0, 2, glass);
-            let (surface, inner) = (build.0.mesh.surface[first], build.0.mesh.triangles.len());
             brick(build, -0.5, 0.5, 2.0, 3, glass);
-            build.0.mesh.triangles[inner..].iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            turn_last(build);
             if !bubble {
-                build.0.mesh.surface[inner..].fill(surface);
+                join(build);
                 // Something else that touches, so that media are asked for.
                 brick(build, 5.0, 6.0, 1.0, 1, glass);
                 brick(build, 5.5, 7.0, 1.0, 1, glass);
@@ -344,17 +355,11 @@ fn bubbles_and_nested_solids_are_tinted_by_what_is_passed() {
 
 /// A closed lathe of so many segments about y.
 fn lathe(build: &mut Build, profile: &[[f32; 2]], segments: u32, material: u32) {
-    let first_triangle = build.0.mesh.triangles.len();
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let at = |[r, y]: [f32; 2], i: u32| {
         let (sin, cos) = (std::f32::consts::TAU * (i % segments) as f32 / segments as f32).sin_cos();
         Vec3::new(r * cos, y, r * sin)
     };
-    // The surface of a quadrilateral, then all the others' triangles.
-    build.quad(Vec3::ZERO, Vec3::X, Vec3::Y, material);
-    build.0.mesh.triangles.truncate(first_triangle);
-    let surface = build.0.mesh.surface[first_triangle];
-    build.0.mesh.surface.truncate(first_triangle);
-    build.0.surfaces[surface as usize].closed = true;
     for ends in profile.windows(2) {
         for i in 0..segments {
             let corners = [at(ends[0], i), at(ends[0], i + 1), at(ends[1], i + 1), at(ends[1], i)];
@@ -363,14 +368,13 @@ fn lathe(build: &mut Build, profile: &[[f32; 2]], segments: u32, material: u32) 
                 if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
                     continue;
                 }
-                let first = build.0.mesh.positions.len() as u32;
-                build.0.mesh.positions.extend(corners);
-                build.0.mesh.normals.extend([Vec3::Y; 3]);
-                build.0.mesh.triangles.push([first, first + 1, first + 2]);
-                build.0.mesh.surface.push(surface);
+                let first = positions.len() as u32;
+                positions.extend(corners);
+                triangles.push([first, first + 1, first + 2]);
             }
         }
     }
+    build.0.shape(Shape { closed: Some(true), ..Shape::new("lathe", material, positions, triangles) });
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn mirrored_floor(surroundings: Illumination, own: Option<Illumination>) -> Scen
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     let intensity = Light::both(Vec3::splat(4.0));
     build.0.luminaires.push(Luminaire::Point { position: Vec3::new(0.0, 1.5, 0.0), intensity });
-    build.0.camera.projection = Projection::Perspective { yfov: 0.002 };
+    build.yfov(0.002);
     build.finish()
 }
 

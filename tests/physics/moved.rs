@@ -39,6 +39,7 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
                 (*a1, *a2) = (*a1 / size, *a2 / (size * size));
             }
             Luminaire::Directional { direction, .. } => *direction = turned(*direction),
+            _ => unreachable!("a luminaire that this does not know how to move"),
         }
     }
     scene
@@ -70,7 +71,7 @@ fn middle(scene: &Scene, luminaire: &Luminaire) -> Option<Vec3> {
         Luminaire::Point { position, .. }
         | Luminaire::Spot { position, .. }
         | Luminaire::Warn { position, .. } => Some(position),
-        Luminaire::Directional { .. } => None,
+        _ => None,
     }
 }
 
@@ -91,7 +92,7 @@ fn lamp_above_floor() -> Scene {
 
 fn lamp_and(more: impl Fn(&mut Build, u32)) -> Scene {
     let mut build = Build::new(Illumination::ONE_BOUNCE, look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.004 };
+    build.yfov(0.004);
     let floor = build.material("Floor", diffuse(ALBEDO as f32));
     let lamp = build.material("Lamp", diffuse(0.0));
     build.0.materials[lamp as usize].emission = glow(RADIANCE as f32);

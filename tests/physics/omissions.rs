@@ -10,7 +10,7 @@ use halflight::measure::{Estimate, agreement};
 use halflight::optics::{Lobe, Mirror, ThinDielectric};
 use halflight::plan::{Frame, Omittable, Plan, Settings, Visibility};
 use halflight::render::{learn, render_pass};
-use halflight::scene::{Emission, Illumination, Luminaire, Matter, Projection, Scene};
+use halflight::scene::{Emission, Illumination, Luminaire, Matter, Scene};
 
 const SIDE: u32 = 16;
 const LAYERS: [Layer; 6] =
@@ -150,8 +150,8 @@ fn luminaires_with_a_closed_form_are_not_sampled_for() {
         let lamp = build.material("Lamp", diffuse(0.0));
         build.0.materials[lamp as usize].emission = glow(5.0);
         build.quad(Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z, lamp);
-        build.0.camera = look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO);
-        build.0.camera.projection = Projection::Perspective { yfov: 0.01 };
+        build.0.camera = Some(look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO));
+        build.yfov(0.01);
         film(&Plan::new(build.finish(), keeping(keep)), 20).relative_error().expect("several passes")
     };
     let (sampled, known) = (noise(&[Omittable::LightSamples]), noise(&[]));
@@ -179,8 +179,8 @@ fn light_that_changes_halves_on_its_way_is_connected() {
     build.0.materials[pane as usize].illumination = own([[0.0; 2]; 2], Matrix::new([[0.0, 0.0], [1.0, 0.0]]));
     build.quad(Vec3::new(-3.0, 0.5, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, pane);
     lamp(&mut build, Vec3::Y * 1.5, Light::new(Vec3::splat(3.0), Vec3::ZERO));
-    build.0.camera = look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO);
-    build.0.camera.projection = Projection::Perspective { yfov: 0.1 };
+    build.0.camera = Some(look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO));
+    build.yfov(0.1);
     let film = film(&Plan::new(build.finish(), settings()), 2);
     let seen = film.mean(Layer::Visible)[(SIDE * SIDE / 2 + SIDE / 2) as usize];
     // ρ / π times intensity over the square of the distance, at the middle of the floor.
@@ -216,7 +216,7 @@ fn layers_of_both_halves_are_the_same_too() {
 /// A floor under a lamp, seen from above.
 fn floor(illumination: Illumination) -> (Build, u32) {
     let mut build = Build::new(illumination, look(Vec3::new(0.0, 3.0, 3.0), Vec3::ZERO));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.4 };
+    build.yfov(0.4);
     let floor = build.material("Floor", diffuse(0.6));
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     (build, floor)
@@ -295,7 +295,7 @@ fn normals_that_nothing_interpolates() {
 fn a_mirror_that_sees_a_local_surface() {
     // The camera sees nothing but a whitted mirror, in it a local floor, and on that what a global ball sends down.
     let mut build = Build::new(LOCAL, look(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 2.0, 0.1)));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.5 };
+    build.yfov(0.5);
     let mirror = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
     build.0.materials[mirror as usize].illumination = Some(Illumination::Whitted);
     build.quad(Vec3::new(-1.0, 2.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, mirror);
@@ -326,8 +326,8 @@ fn a_lamp_behind_glass() {
     let pane = build.material("Pane", Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint: Vec3::ONE }));
     build.0.materials[pane as usize].illumination = Some(GLOBAL);
     build.quad(Vec3::new(-4.0, 1.0, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, pane);
-    build.0.camera = look(Vec3::new(0.0, 0.9, 2.0), Vec3::ZERO);
-    build.0.camera.projection = Projection::Perspective { yfov: 0.4 };
+    build.0.camera = Some(look(Vec3::new(0.0, 0.9, 2.0), Vec3::ZERO));
+    build.yfov(0.4);
     let scene = build.finish();
     let lean = Plan::new(scene.clone(), settings());
     let photons = lean.photons.clone().expect("caustics");
@@ -343,7 +343,7 @@ fn a_lamp_behind_glass() {
 /// Light that is born invisible, turned visible by one mirror and back by another, and only then read.
 fn two_mirrors() -> Scene {
     let mut build = Build::new(ONE_BOUNCE, look(Vec3::new(2.0, 0.5, 3.0), Vec3::new(2.0, -2.0, 0.0)));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.5 };
+    build.yfov(0.5);
     let mirror = |tint| Lobe::Mirror(Mirror { tint: Vec3::splat(tint), two_sided: false });
     let (first, second) = (build.material("First", mirror(0.8)), build.material("Second", mirror(0.5)));
     build.0.materials[first as usize].illumination = own([[0.0, 0.0], [1.0, 0.0]], Matrix::ZERO);
@@ -450,8 +450,8 @@ fn sheets_that_do_not_commute_cast_different_shadows() {
     build.quad(Vec3::new(-3.0, 0.5, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, sheet);
     build.quad(Vec3::new(-3.0, 0.8, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, local);
     lamp(&mut build, Vec3::Y * 1.5, Light::new(Vec3::splat(1.0), Vec3::splat(4.0)));
-    build.0.camera = look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO);
-    build.0.camera.projection = Projection::Perspective { yfov: 0.1 };
+    build.0.camera = Some(look(Vec3::new(0.0, 0.4, 2.0), Vec3::ZERO));
+    build.yfov(0.1);
     let scene = build.finish();
     let lean = Plan::new(scene.clone(), settings());
     assert!(!omits(&lean, Omittable::Casters) && !omits(&lean, Omittable::Visibility));

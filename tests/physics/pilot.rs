@@ -6,7 +6,7 @@ use halflight::film::Layer;
 use halflight::light::Light;
 use halflight::plan::{Direct, Settings};
 use halflight::render::Render;
-use halflight::scene::{Illumination, Luminaire, Projection, Scene};
+use halflight::scene::{Illumination, Luminaire, Scene};
 
 const CELLS: u16 = 12;
 
@@ -14,7 +14,7 @@ const CELLS: u16 = 12;
 fn cells(open: bool) -> Scene {
     let mut build =
         Build::new(Illumination::GLOBAL, look(Vec3::new(0.5, 2.5, 0.5), Vec3::new(0.5, 0.0, 0.5)));
-    build.0.camera.projection = Projection::Perspective { yfov: 0.3 };
+    build.yfov(0.3);
     let grey = build.material("Grey", diffuse(0.5));
     let side = f32::from(CELLS);
     build.quad(Vec3::ZERO, Vec3::Z * side, Vec3::X * side, grey);

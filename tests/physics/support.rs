@@ -2,16 +2,14 @@
 
 use glam::{DVec3, Vec3};
 use halflight::film::Layer;
-use halflight::light::Light;
 use halflight::optics::{Diffuse, Lobe};
 use halflight::plan::Settings;
 use halflight::render::Render;
-use halflight::scene::{
-    Camera, Emission, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface,
-};
+use halflight::scene::{Camera, Emission, Illumination, Material, Projection, Scene, SceneBuilder, Shape};
+use std::f32::consts::{PI, TAU};
 
-/// Builds a scene piece by piece.
-pub struct Build(pub Scene);
+/// A scene under construction, about the world's zero.
+pub struct Build(pub SceneBuilder);
 
 pub fn diffuse(albedo: f32) -> Lobe {
     Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false })
@@ -24,33 +22,21 @@ pub fn look(from: Vec3, at: Vec3) -> Camera {
 
 impl Build {
     pub fn new(illumination: Illumination, camera: Camera) -> Self {
-        Self(Scene {
-            name: "test".into(),
-            mesh: Mesh::default(),
-            surfaces: Vec::new(),
-            materials: Vec::new(),
-            luminaires: Vec::new(),
-            camera,
-            origin: DVec3::ZERO,
-            illumination: Some(illumination),
-            notes: Vec::new(),
-        })
+        Self(Scene::builder("test").illumination(illumination).camera(camera).origin(DVec3::ZERO))
     }
 
     pub fn material(&mut self, name: &str, lobe: Lobe) -> u32 {
-        self.0.materials.push(Material::new(name, lobe));
-        self.0.materials.len() as u32 - 1
+        self.0.material(Material::new(name, lobe))
+    }
+
+    /// Another view from where the camera is.
+    pub fn yfov(&mut self, yfov: f32) {
+        self.0.camera.as_mut().expect("its camera").projection = Projection::Perspective { yfov };
     }
 
     /// A parallelogram; its front is where `a × b` points.
     pub fn quad(&mut self, corner: Vec3, a: Vec3, b: Vec3, material: u32) -> &mut Self {
-        let surface = self.surface(material, false);
-        let n = a.cross(b).normalize();
-        let first = self.0.mesh.positions.len() as u32;
-        self.0.mesh.positions.extend([corner, corner + a, corner + a + b, corner + b]);
-        self.0.mesh.normals.extend([n; 4]);
-        self.0.mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-        self.0.mesh.surface.extend([surface; 2]);
+        self.0.shape(Shape::quad("thing", material, [corner, corner + a, corner + a + b, corner + b]));
         self
     }
 
@@ -63,65 +49,39 @@ impl Build {
         inward: bool,
         material: u32,
     ) {
-        let surface = self.surface(material, true);
-        let first = self.0.mesh.positions.len() as u32;
-        for j in 0..=down {
-            for i in 0..around {
-                let theta = std::f32::consts::PI * j as f32 / down as f32;
-                let phi = std::f32::consts::TAU * i as f32 / around as f32;
-                let n = match j {
-                    0 => Vec3::Y,
-                    _ if j == down => -Vec3::Y,
-                    _ => Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()),
-                };
-                self.0.mesh.positions.push(centre + radius * n);
-                self.0.mesh.normals.push(if inward { -n } else { n });
-            }
+        let (mut normals, mut triangles) = (Vec::new(), Vec::new());
+        for (j, i) in (0..=down).flat_map(|j| (0..around).map(move |i| (j, i))) {
+            let (theta, phi) = (PI * j as f32 / down as f32, TAU * i as f32 / around as f32);
+            normals.push(match j {
+                0 => Vec3::Y,
+                _ if j == down => -Vec3::Y,
+                _ => Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()),
+            });
+            let at = |i: u32, j: u32| j * around + i % around;
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            // At the poles a facet is one triangle.
+            triangles.extend((0 < j && j < down).then_some([a, b, c]));
+            triangles.extend((j + 1 < down).then_some([a, c, d]));
         }
-        for j in 0..down {
-            for i in 0..around {
-                let at = |i: u32, j: u32| first + j * around + i % around;
-                let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-                for [x, y, z] in [[a, b, c], [a, c, d]] {
-                    let mut t = [x, y, z];
-                    if self.0.mesh.positions[x as usize] == self.0.mesh.positions[y as usize]
-                        || self.0.mesh.positions[y as usize] == self.0.mesh.positions[z as usize]
-                        || self.0.mesh.positions[x as usize] == self.0.mesh.positions[z as usize]
-                    {
-                        continue;
-                    }
-                    if inward {
-                        t.swap(1, 2);
-                    }
-                    self.0.mesh.triangles.push(t);
-                    self.0.mesh.surface.push(surface);
-                }
-            }
-        }
+        let positions: Vec<Vec3> = normals.iter().map(|n| centre + radius * n).collect();
+        let shape = Shape::new("thing", material, positions, triangles).with_normals(normals);
+        self.0.shape(if inward { shape.inside_out() } else { shape });
     }
 
-    fn surface(&mut self, material: u32, smooth: bool) -> u32 {
-        self.0.surfaces.push(Surface { name: "thing".into(), material, smooth, closed: smooth });
-        self.0.surfaces.len() as u32 - 1
+    /// Shades all that is there by its triangles.
+    pub fn flatten(&mut self) {
+        self.0.shapes.iter_mut().for_each(|shape| shape.normals = None);
     }
 
     /// The finished scene.
-    pub fn finish(mut self) -> Scene {
-        for (i, surface) in self.0.mesh.surface.iter().enumerate() {
-            let material = self.0.surfaces[*surface as usize].material;
-            if let Some(emission) = self.0.materials[material as usize].emission {
-                let area = self.0.mesh.area(i as u32);
-                self.0.luminaires.push(Luminaire::Triangle { triangle: i as u32, emission, area });
-            }
-        }
-        self.0.illuminate(None, &[]).expect("no names asked for");
-        self.0
+    pub fn finish(self) -> Scene {
+        self.0.build().expect("a good scene")
     }
 }
 
 /// Emission of equal halves from the front.
 pub fn glow(radiance: f32) -> Option<Emission> {
-    Some(Emission { radiance: Light::both(Vec3::splat(radiance)), two_sided: false })
+    Some(Emission::front(Vec3::splat(radiance)))
 }
 
 /// Settings for a small film.

@@ -5,8 +5,7 @@ use crate::scene::Matter;
 
 /// A box with a lamp, a two-sided block and a second term, small enough that every series converges.
 fn small_box(illumination: Illumination) -> Scene {
-    let mut stage = Stage::new(inside_camera());
-    stage.0.camera.position = Vec3::new(0.0, 0.0, 0.9);
+    let mut stage = Stage::new(Camera { position: Vec3::new(0.0, 0.0, 0.9), ..inside_camera() });
     let walls = stage.material(&[grey(0.4)], None);
     stage.room(walls, Vec3::ZERO, Vec3::ONE);
     let lamp = stage.material(&[grey(0.2)], None);
@@ -44,8 +43,7 @@ fn strengths_agree_in_matter_with_full_matrices() {
 
 #[test]
 fn strengths_agree_where_glass_refracts_and_lets_straight_through() {
-    let mut stage = Stage::new(inside_camera());
-    stage.0.camera.position = Vec3::new(0.0, 0.0, 0.9);
+    let mut stage = Stage::new(Camera { position: Vec3::new(0.0, 0.0, 0.9), ..inside_camera() });
     let walls = stage.material(&[grey(0.4)], None);
     stage.room(walls, Vec3::ZERO, Vec3::ONE);
     let lamp = stage.material(&[], None);

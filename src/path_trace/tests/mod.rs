@@ -10,25 +10,17 @@ use super::{PathSettings, Picture, Rows, Strength, trace_pass};
 use crate::light::Light;
 use crate::optics::{Diffuse, Lobe};
 use crate::rays::Rays;
-use crate::scene::{Camera, Emission, Illumination, Luminaire, Material, Mesh, Projection, Scene, Surface};
+use crate::scene::{
+    Camera, Emission, Illumination, Luminaire, Material, Projection, Scene, SceneBuilder, Shape,
+};
 use glam::{DVec3, Vec3};
 
-/// A scene under construction.
-struct Stage(Scene);
+/// A scene under construction, about the world's zero.
+struct Stage(SceneBuilder);
 
 impl Stage {
     fn new(camera: Camera) -> Self {
-        Self(Scene {
-            name: "test".into(),
-            mesh: Mesh::default(),
-            surfaces: Vec::new(),
-            materials: Vec::new(),
-            luminaires: Vec::new(),
-            camera,
-            origin: DVec3::ZERO,
-            illumination: None,
-            notes: Vec::new(),
-        })
+        Self(Scene::builder("test").camera(camera).origin(DVec3::ZERO))
     }
 
     /// Adds a material; the index is what [`quad`](Self::quad) wants.
@@ -36,8 +28,7 @@ impl Stage {
         let mut material = Material::new(format!("m{}", self.0.materials.len()), grey(0.0));
         material.lobes = lobes.iter().map(|lobe| (1.0, *lobe)).collect();
         material.illumination = illumination;
-        self.0.materials.push(material);
-        self.0.materials.len() as u32 - 1
+        self.0.material(material)
     }
 
     fn shine(&mut self, material: u32, radiance: Light) {
@@ -46,16 +37,7 @@ impl Stage {
 
     /// A parallelogram whose front looks along a × b.
     fn quad(&mut self, material: u32, corner: Vec3, a: Vec3, b: Vec3) {
-        let mesh = &mut self.0.mesh;
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend([corner, corner + a, corner + a + b, corner + b]);
-        mesh.normals.extend([a.cross(b).normalize(); 4]);
-        for triangle in [[0, 1, 2], [0, 2, 3]] {
-            mesh.triangles.push(triangle.map(|i| first + i));
-            mesh.surface.push(self.0.surfaces.len() as u32);
-        }
-        let name = format!("s{}", self.0.surfaces.len());
-        self.0.surfaces.push(Surface { name, material, smooth: false, closed: false });
+        self.0.shape(Shape::quad("thing", material, [corner, corner + a, corner + a + b, corner + b]));
     }
 
     /// A box about `centre` whose fronts look inward.
@@ -81,16 +63,8 @@ impl Stage {
         }
     }
 
-    /// Resolves illumination and lists the luminaires.
-    fn lit(mut self, illumination: Illumination) -> Scene {
-        self.0.illuminate(Some(illumination), &[]).unwrap();
-        for triangle in 0..self.0.mesh.triangles.len() as u32 {
-            if let Some(emission) = self.0.material_of(triangle).emission {
-                let area = self.0.mesh.area(triangle);
-                self.0.luminaires.push(Luminaire::Triangle { triangle, emission, area });
-            }
-        }
-        self.0
+    fn lit(self, illumination: Illumination) -> Scene {
+        self.0.illumination(illumination).build().unwrap()
     }
 }
 

@@ -13,33 +13,23 @@ use crate::sampling::{Rng, Stream, warp};
 use crate::scene::{Camera, Material, Mesh, Projection, Scene, Surface};
 use glam::{DVec3, Vec3};
 
-/// Triangles of one material each.
+/// Triangles of one material each, all of them: those without area, too.
 fn scene(triangles: &[[Vec3; 3]], material: impl Fn(usize) -> u32, straight: &[Matrix]) -> Scene {
-    let mut mesh = Mesh::default();
-    for (i, corners) in triangles.iter().enumerate() {
-        mesh.positions.extend(corners);
-        mesh.normals.extend([Vec3::Z; 3]);
-        mesh.triangles.push([0, 1, 2].map(|corner| (3 * i + corner) as u32));
-        mesh.surface.push(material(i));
-    }
+    let camera = Camera::look_at(Vec3::ZERO, Vec3::X, Vec3::Z, Projection::Perspective { yfov: 1.0 });
+    let mut scene = Scene::builder("test").camera(camera);
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    scene.materials =
+        straight.iter().map(|straight| Material::new("test", lobe).with_straight(*straight)).collect();
+    let mut scene = scene.build().expect("a scene of nothing");
     let surface = |material| Surface { name: String::new(), material, smooth: false, closed: false };
-    let matter = |straight: &Matrix| {
-        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
-        let mut material = Material::new("test", lobe);
-        material.bsdf.straight = *straight;
-        material
+    scene.surfaces = (0..straight.len() as u32).map(surface).collect();
+    scene.mesh = Mesh {
+        positions: triangles.concat(),
+        normals: vec![Vec3::Z; 3 * triangles.len()],
+        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        surface: (0..triangles.len()).map(material).collect(),
     };
-    Scene {
-        name: "test".to_owned(),
-        mesh,
-        surfaces: (0..straight.len() as u32).map(surface).collect(),
-        materials: straight.iter().map(matter).collect(),
-        luminaires: Vec::new(),
-        camera: Camera::look_at(Vec3::ZERO, Vec3::X, Vec3::Z, Projection::Perspective { yfov: 1.0 }),
-        origin: DVec3::ZERO,
-        illumination: None,
-        notes: Vec::new(),
-    }
+    scene
 }
 
 /// Triangles that all light passes: every crossing counts.

@@ -1,0 +1,247 @@
+//! A hash of what decides the picture, field by field: the same on every machine and with every compiler. Every struct is taken
+//! apart in full, so that a field that is new must be given a place here.
+
+use super::material::Follows;
+use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
+use crate::light::{Light, Matrix};
+use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term, ThinDielectric};
+use glam::Vec3;
+
+/// To be raised where the hash of a scene that has not changed is to change, because its picture does.
+const VERSION: u32 = 1;
+
+/// FNV-1a of 64 bits: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV non-cryptographic hash algorithm".
+/// Each byte maps states one to one, so one field that differs in value alone never goes unnoticed.
+pub(super) struct Fnv(pub u64);
+
+impl Fnv {
+    pub const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
+
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
+
+/// What can be written as bytes in one way: numbers little-endian, lists after their length, variants after their number.
+trait Fields {
+    fn feed(&self, fnv: &mut Fnv);
+}
+
+/// The hash of all of `scene` that decides its picture.
+pub(super) fn hash(scene: &Scene) -> u64 {
+    // Names, notes and the world's zero decide nothing; the default illumination has become the materials' matrices.
+    let Scene {
+        name: _,
+        notes: _,
+        origin: _,
+        illumination: _,
+        mesh,
+        surfaces,
+        materials,
+        luminaires,
+        camera,
+    } = scene;
+    let mut fnv = Fnv::EMPTY;
+    (VERSION, mesh).feed(&mut fnv);
+    (surfaces, materials).feed(&mut fnv);
+    (luminaires, camera).feed(&mut fnv);
+    fnv.0
+}
+
+impl Fields for u32 {
+    fn feed(&self, fnv: &mut Fnv) {
+        fnv.bytes(&self.to_le_bytes());
+    }
+}
+
+impl Fields for f32 {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.to_bits().feed(fnv);
+    }
+}
+
+impl Fields for bool {
+    fn feed(&self, fnv: &mut Fnv) {
+        u32::from(*self).feed(fnv);
+    }
+}
+
+impl<T: Fields> Fields for &T {
+    fn feed(&self, fnv: &mut Fnv) {
+        (**self).feed(fnv);
+    }
+}
+
+impl<T: Fields, const N: usize> Fields for [T; N] {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.iter().for_each(|one| one.feed(fnv));
+    }
+}
+
+impl<T: Fields> Fields for Vec<T> {
+    fn feed(&self, fnv: &mut Fnv) {
+        fnv.bytes(&(self.len() as u64).to_le_bytes());
+        self.iter().for_each(|one| one.feed(fnv));
+    }
+}
+
+impl<T: Fields> Fields for Option<T> {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.is_some().feed(fnv);
+        self.iter().for_each(|one| one.feed(fnv));
+    }
+}
+
+impl<A: Fields, B: Fields> Fields for (A, B) {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.0.feed(fnv);
+        self.1.feed(fnv);
+    }
+}
+
+impl Fields for Vec3 {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.to_array().feed(fnv);
+    }
+}
+
+impl Fields for Light {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { invisible, visible } = self;
+        (invisible, visible).feed(fnv);
+    }
+}
+
+impl Fields for Matrix {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.rows().feed(fnv);
+    }
+}
+
+impl Fields for Mesh {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { positions, normals, triangles, surface } = self;
+        (positions, normals).feed(fnv);
+        (triangles, surface).feed(fnv);
+    }
+}
+
+impl Fields for Surface {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { name: _, material, smooth, closed } = self;
+        (material, (smooth, closed)).feed(fnv);
+    }
+}
+
+impl Fields for Material {
+    fn feed(&self, fnv: &mut Fnv) {
+        // The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
+        let Self {
+            name: _,
+            lobes: _,
+            illumination: _,
+            opaque: _,
+            straight: _,
+            resolved: _,
+            emission,
+            backs,
+            bsdf,
+            follows,
+        } = self;
+        (emission, backs).feed(fnv);
+        (bsdf, follows).feed(fnv);
+    }
+}
+
+impl Fields for Emission {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { radiance, two_sided } = self;
+        (radiance, two_sided).feed(fnv);
+    }
+}
+
+impl Fields for Backs {
+    fn feed(&self, fnv: &mut Fnv) {
+        let tag: u32 = match self {
+            Self::Seen => 0,
+            Self::Unseen => 1,
+        };
+        tag.feed(fnv);
+    }
+}
+
+impl Fields for Follows {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { s, t } = self;
+        (s, t).feed(fnv);
+    }
+}
+
+impl Fields for Bsdf {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { straight, terms } = self;
+        (straight, terms).feed(fnv);
+    }
+}
+
+impl Fields for Term {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { coefficient, lobe } = self;
+        (coefficient, lobe).feed(fnv);
+    }
+}
+
+impl Fields for Lobe {
+    fn feed(&self, fnv: &mut Fnv) {
+        match self {
+            Self::Diffuse(Diffuse { albedo, two_sided }) => (0_u32, (albedo, two_sided)).feed(fnv),
+            Self::Mirror(Mirror { tint, two_sided }) => (1_u32, (tint, two_sided)).feed(fnv),
+            Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
+            Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),
+        }
+    }
+}
+
+impl Fields for Luminaire {
+    fn feed(&self, fnv: &mut Fnv) {
+        match self {
+            Self::Triangle { triangle, emission, area } => {
+                (0_u32, (triangle, (emission, area))).feed(fnv);
+            }
+            Self::Point { position, intensity } => (1_u32, (position, intensity)).feed(fnv),
+            Self::Spot { position, direction, intensity, cone } => {
+                (2_u32, ((position, direction), (intensity, cone))).feed(fnv);
+            }
+            Self::Warn { position, direction, intensity, exponent, attenuation } => {
+                (3_u32, ((position, direction), (intensity, (exponent, attenuation)))).feed(fnv);
+            }
+            Self::Directional { direction, irradiance } => (4_u32, (direction, irradiance)).feed(fnv),
+        }
+    }
+}
+
+impl Fields for SpotCone {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { inner, outer } = self;
+        (inner, outer).feed(fnv);
+    }
+}
+
+impl Fields for Camera {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { position, right, up, forward, projection, aspect } = self;
+        ((position, right), (up, forward)).feed(fnv);
+        (projection, aspect).feed(fnv);
+    }
+}
+
+impl Fields for Projection {
+    fn feed(&self, fnv: &mut Fnv) {
+        match self {
+            Self::Perspective { yfov } => (0_u32, yfov).feed(fnv),
+            Self::Orthographic { half_height } => (1_u32, half_height).feed(fnv),
+        }
+    }
+}
