@@ -6,6 +6,7 @@ pub mod distributions;
 pub mod error_picture;
 mod existence;
 pub mod flip;
+mod magma;
 pub mod mask;
 pub mod metrics;
 pub mod moments;
