@@ -1,5 +1,6 @@
 //! Where a picture differs from its reference.
 
+use super::magma::magma;
 use glam::Vec3;
 
 /// (x − r) / √(r² + 0.01²) per pixel and channel: signed, and its mean square is relMSE. Pixels left out are 0.
@@ -17,7 +18,6 @@ pub fn signed_relative_error(picture: &[Vec3], reference: &[Vec3], left_out: &[b
 /// 0.001 or less, purple 0.01, salmon 0.1, pale yellow 1 or more. Pixels left out are grey, those that are not
 /// finite green. Three sRGB bytes a pixel.
 pub fn heat_map(signed: &[Vec3], left_out: &[bool]) -> Vec<u8> {
-    let magma = nv_flip::magma_lut().to_vec();
     let colour = |(error, masked): (&Vec3, &bool)| {
         if *masked {
             return [96, 96, 96];
@@ -27,8 +27,7 @@ pub fn heat_map(signed: &[Vec3], left_out: &[bool]) -> Vec<u8> {
         }
         let size = (error.as_dvec3().length_squared() / 3.0).sqrt();
         let place = ((size.log10() + 3.0) / 3.0).clamp(0.0, 1.0);
-        let entry = 3 * (255.0 * place).round() as usize;
-        [magma[entry], magma[entry + 1], magma[entry + 2]]
+        magma((255.0 * place).round() as u8)
     };
     signed.iter().zip(left_out).flat_map(colour).collect()
 }

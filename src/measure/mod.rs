@@ -3,6 +3,7 @@
 pub mod distributions;
 pub mod error_picture;
 pub mod flip;
+mod magma;
 pub mod mask;
 pub mod metrics;
 pub mod moments;
