@@ -58,8 +58,13 @@
 //! | `k` | multiplication factor of reflected power per generation | |
 //! | footprint | side of what a pixel covers on a surface that faces it | m |
 //!
-//! Imports run downward: light ← sampling ← optics ← scene ← rays ← plan ← shoot, photon map, gather, path trace ←
-//! film, measure ← stability, report ← cli.
+//! Imports run one way, each module using those before it (a test of the repository holds them to it):
+//!
+//! ```text
+//! error, machine, stop, light, sampling, optics, scene, rays, rims, photon, emission, existence, connect,
+//! plan, shoot, photon_map, gather, path_trace, film, measure, pass, pilot, memory, atlas, render,
+//! compare, report, stability, cli
+//! ```
 //!
 //! # References
 //!

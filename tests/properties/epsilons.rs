@@ -33,7 +33,7 @@ fn small_numbers(text: &str) -> Vec<String> {
 fn nothing_small_decides_where_light_goes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
-    for part in ["rays", "shoot", "path_trace", "scene/mesh.rs"] {
+    for part in ["rays", "emission", "shoot", "path_trace", "scene/mesh.rs"] {
         sources(&root.join(part), &mut files);
     }
     assert!(files.len() > 15, "{files:?}");

@@ -4,3 +4,4 @@ mod algebra;
 mod dependencies;
 mod epsilons;
 mod lobes;
+mod order;
