@@ -35,13 +35,13 @@
 //!
 //! 1. [`scene`] loads a glTF file, or is built in code; every material becomes a matrix BSDF [`optics::Bsdf`], `F = Σ C_k f_k`.
 //! 2. [`plan`] looks at the matrices, decides what the picture needs, and leaves out the rest.
-//! 3. [`mod@shoot`] sends photons from the luminaires; matrices act on their [`light::Light`] from the left.
-//! 4. [`photon_map`] makes kd-trees of them.
-//! 5. [`mod@gather`] follows camera rays whose [`light::Row`] is multiplied from the right, connects them to luminaires and
+//! 3. `shoot` sends photons from the luminaires; matrices act on their [`light::Light`] from the left.
+//! 4. `photon_map` makes kd-trees of them.
+//! 5. `gather` follows camera rays whose [`light::Row`] is multiplied from the right, connects them to luminaires and
 //!    reads the rest from the maps.
 //! 6. [`film`] sums passes, which are independent: their spread is the error bar.
 //!
-//! [`path_trace`] gathers all light from the camera and shares no estimator with 3–5, so that agreement is evidence.
+//! `path_trace` gathers all light from the camera and shares no estimator with 3–5, so that agreement is evidence.
 //!
 //! # Names and units
 //!
@@ -80,33 +80,52 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod atlas;
-pub mod cli;
 pub mod compare;
-pub mod connect;
-pub mod emission;
 pub mod error;
-pub mod existence;
 pub mod film;
-pub mod gather;
 pub mod light;
-mod machine;
 pub mod measure;
-pub mod memory;
 pub mod optics;
-mod pass;
-pub mod path_trace;
-pub mod photon;
-pub mod photon_map;
-pub mod pilot;
 pub mod plan;
-pub mod rays;
 pub mod render;
 pub mod report;
-pub mod rims;
-pub mod sampling;
 pub mod scene;
-pub mod shoot;
 pub mod stability;
+
+mod machine;
+mod pass;
+
+// What is below is no part of the interface and free to change; tests and benches of this repository look at it.
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
+#[doc(hidden)]
+pub mod connect;
+#[doc(hidden)]
+pub mod emission;
+#[doc(hidden)]
+pub mod existence;
+#[doc(hidden)]
+pub mod gather;
+#[doc(hidden)]
+pub mod memory;
+#[doc(hidden)]
+pub mod path_trace;
+#[doc(hidden)]
+pub mod photon;
+#[doc(hidden)]
+pub mod photon_map;
+#[doc(hidden)]
+pub mod pilot;
+#[doc(hidden)]
+pub mod rays;
+#[doc(hidden)]
+pub mod rims;
+#[doc(hidden)]
+pub mod sampling;
+#[doc(hidden)]
+pub mod shoot;
+#[doc(hidden)]
 pub mod stop;
 
 /// The examples of README.md compile.

@@ -1,4 +1,4 @@
-//! What the machine has: memory and processors.
+//! What the machine has: memory.
 
 use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
@@ -10,17 +10,6 @@ pub struct MemoryLimit {
     pub bytes: u64,
     /// Who sets it, as in "this machine has".
     pub of: &'static str,
-}
-
-/// Threads for each processor at the most: more only wait for each other.
-const MOST_THREADS: usize = 4;
-
-/// As many of the threads asked for as the machine can use, and its processors where it has fewer.
-pub fn threads(asked: u16) -> (usize, Option<usize>) {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let most = MOST_THREADS * processors;
-    let asked = usize::from(asked);
-    (asked.min(most), (asked > most).then_some(processors))
 }
 
 /// The memory that is left to this program. None where the system does not tell.
@@ -111,12 +100,5 @@ mod tests {
         assert_eq!(left_in(folder.path(), files), Some(300));
         write("memory.stat", "anon 1\ninactive_file 150\n");
         assert_eq!(left_in(folder.path(), files), Some(450));
-    }
-
-    #[test]
-    fn many_more_threads_than_processors_are_not_started() {
-        let (most, processors) = threads(u16::MAX);
-        assert_eq!(Some(most), processors.map(|processors| 4 * processors));
-        assert_eq!(threads(1), (1, None));
     }
 }

@@ -1,112 +1,21 @@
 //! `halflight compare`: error against run time.
 
+pub use super::compare_args::CompareArgs;
 use super::out::say;
 use super::output::{Overwrite, claim, refuse_input};
-use super::render::duration;
 use super::scene_args::SceneArgs;
-use super::settings_args::{DEFAULT_SAMPLES, size, whole};
-use crate::compare::race::{Course, Run, race};
-use crate::compare::reference::{Reference, ReferenceMaker, candidates};
+use crate::compare::{Course, Run, race};
+use crate::compare::{Reference, ReferenceMaker, candidates};
 use crate::error::{Error, Result};
 use crate::film::{is_ours, replace_file};
 use crate::plan::{Method, Settings};
 use crate::report::evaluate::{MARGIN, MaskRule, evaluate, good_enough, medians};
 use crate::report::{Comparison, SceneReport, csv, data, json, page, svg};
-use crate::scene::{Loaded, MAX_TRIANGLES, Scene};
+use crate::scene::{Loaded, Scene};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
-
-/// Error against run time: methods × time budgets × seeds against a reference.
-///
-/// Each method and seed is one render that goes on; its error is measured when each budget is passed. Whichever run has
-/// used the least time renders next, so that noise of the machine hits all alike. Counted is what a user waits for:
-/// loading, planning, ray index, shooting, maps, gathering; not writing files, not measuring errors.
-///
-/// Writes compare.csv and compare.json (every run), compare.svg (curves) and compare.html (curves, tables, pictures).
-///
-/// For example: halflight compare builtin:caustic-box --time 60s --reference-time 30m -o docs/error-vs-time/caustic-box
-#[derive(clap::Args, Clone, Debug)]
-pub struct CompareArgs {
-    /// Scenes: .gltf or .glb files, or builtin:caustic-box, builtin:cornell-spheres, builtin:two-spheres,
-    /// builtin:concentric
-    #[arg(value_name = "SCENE", default_value = "builtin:caustic-box")]
-    scenes: Vec<PathBuf>,
-    /// Which scene of files that have several, as in `render`
-    #[arg(id = "scene-of-file", long = "scene", value_name = "NAME|N")]
-    scene_of_file: Option<String>,
-    /// Which camera, as in `render`
-    #[arg(long, value_name = "NAME|N")]
-    camera: Option<String>,
-    /// Illumination over the whole scene, as in `render`; repeated: every scene in each
-    #[arg(long, value_name = "NAME|S,T")]
-    illumination: Vec<String>,
-    /// Illumination of one material, as in `render` (repeatable)
-    #[arg(long, value_name = "MATERIAL=…")]
-    set: Vec<String>,
-    /// The most triangles that a scene may have, every instance counted
-    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
-    max_triangles: u64,
-    /// Who competes: photon, path, path-plain
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "photon,path,path-plain")]
-    methods: Vec<String>,
-    /// Times at which the error is measured [default: 1s,2s,4s,8s]
-    #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = duration, conflicts_with = "time")]
-    budgets: Vec<Duration>,
-    /// Instead of --budgets: this time and its halves, down to 1/64
-    #[arg(long, value_name = "TIME", value_parser = duration)]
-    time: Option<Duration>,
-    /// Runs of each method, with the seeds 1, 2, …
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
-    seeds: u64,
-    /// Film size in pixels
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "256x256", value_parser = size)]
-    size: (u32, u32),
-    /// Photon paths per pass [default: chosen by the plan]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
-    photons: Option<u32>,
-    /// Camera samples per pixel and pass of the path tracers, stratified against each other [default: 4]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
-    samples: Option<u32>,
-    /// Cut the series after N reflections, as in `render`
-    #[arg(long, value_name = "N")]
-    max_reflections: Option<u32>,
-    /// Measure against this EXR file instead of a reference made here; it needs its layer `error`
-    #[arg(long, value_name = "FILE.exr", conflicts_with_all = ["reference_time", "reference_method"])]
-    reference: Option<PathBuf>,
-    /// The longest time for making the reference; it ends as soon as it has as many samples of each pixel as the longest
-    /// run, and its bias and what may be left of its noise (which is taken off the errors) are ten times below them
-    #[arg(long, value_name = "TIME", default_value = "120s", value_parser = duration)]
-    reference_time: Duration,
-    /// Who makes the reference: path (no bias) or photon (for caustics; its bias is measured and stated)
-    /// [default: path; where light reaches surfaces through mirrors or glass, or no photons are needed, the one that
-    /// promises the smaller error]
-    #[arg(long, value_name = "NAME")]
-    reference_method: Option<String>,
-    /// Where references are kept and taken up again [default: `cache` in the output folder]
-    #[arg(long, value_name = "FOLDER")]
-    cache: Option<PathBuf>,
-    /// Leave out pixels where the reference has a channel above X, beside those that see a luminaire
-    #[arg(long, value_name = "X", default_value_t = 3.0)]
-    mask_above: f32,
-    /// Grow what is left out by N pixels on every side
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    dilate: u32,
-    /// Where the files go
-    #[arg(short, long, value_name = "FOLDER", default_value = "compare")]
-    output: PathBuf,
-    #[command(flatten)]
-    overwrite: Overwrite,
-    /// Threads [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
-}
+use std::time::Instant;
 
 const FILES: [&str; 4] = ["compare.csv", "compare.json", "compare.svg", "compare.html"];
-/// Halves of `--time` that are budgets too.
-const HALVINGS: i32 = 6;
 
 /// Measures, writes the files, and prints who is ahead.
 pub fn run(args: &CompareArgs) -> Result<()> {
@@ -381,55 +290,9 @@ fn refusal(scene: &SceneReport, given: bool) -> String {
     )
 }
 
-impl CompareArgs {
-    /// Every scene in every light.
-    fn scene_args(&self) -> Vec<SceneArgs> {
-        let mut lights: Vec<Option<String>> = self.illumination.iter().cloned().map(Some).collect();
-        if lights.is_empty() {
-            lights.push(None);
-        }
-        let in_lights = |scene: &PathBuf| {
-            let args = |illumination: &Option<String>| SceneArgs {
-                scene: scene.clone(),
-                scene_of_file: self.scene_of_file.clone(),
-                camera: self.camera.clone(),
-                illumination: illumination.clone(),
-                set: self.set.clone(),
-                max_triangles: self.max_triangles,
-            };
-            lights.iter().map(args).collect::<Vec<_>>()
-        };
-        self.scenes.iter().flat_map(in_lights).collect()
-    }
-
-    /// Seconds, ascending.
-    fn budgets(&self) -> Vec<f64> {
-        if let Some(time) = self.time {
-            return (0..=HALVINGS).rev().map(|i| time.as_secs_f64() * 0.5_f64.powi(i)).collect();
-        }
-        let mut budgets: Vec<f64> = self.budgets.iter().map(Duration::as_secs_f64).collect();
-        if budgets.is_empty() {
-            budgets = vec![1.0, 2.0, 4.0, 8.0];
-        }
-        budgets.sort_by(f64::total_cmp);
-        budgets.dedup();
-        budgets
-    }
-
-    fn settings(&self) -> Settings {
-        Settings {
-            paths: self.photons,
-            samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
-            max_reflections: self.max_reflections,
-            ..Settings::for_film(self.size.0, self.size.1)
-        }
-    }
-}
-
 fn method(option: &str, name: &str) -> Result<Method> {
-    let all = [Method::Photon, Method::Path, Method::PathPlain];
-    all.into_iter().find(|method| method.name() == name).ok_or_else(|| {
-        let known = all.map(Method::name).join(", ");
+    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| {
+        let known = Method::ALL.map(Method::name).join(", ");
         Error::Usage(format!("{option}: there is no method '{name}'; the methods are {known}"))
     })
 }

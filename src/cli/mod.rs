@@ -3,6 +3,7 @@
 mod check;
 mod check_page;
 mod compare;
+mod compare_args;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
@@ -18,6 +19,7 @@ mod progress;
 mod render;
 mod scene_args;
 mod settings_args;
+mod threads;
 mod view;
 mod writer;
 

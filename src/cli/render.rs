@@ -157,7 +157,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
 }
 
 fn start_threads(asked: u16, quiet: bool) -> Result<()> {
-    let (threads, fewer) = machine::threads(asked);
+    let (threads, fewer) = super::threads::threads(asked);
     if let Some(processors) = fewer.filter(|_| !quiet) {
         say(format_args!("note: --threads {asked}: for {processors} processors {threads} are used"));
     }

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::Layer;
 use crate::plan::{Direct, Method, Omittable, Settings};
 use crate::scene::Scene;
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
 /// How a scene is rendered.
@@ -39,8 +40,8 @@ pub struct SettingsArgs {
 
     /// Who transports light: photons with a final gather; path, a gathering path tracer with connections to luminaires;
     /// path-plain, one that finds them by chance, as the paper's.
-    #[arg(long, value_enum, default_value_t = MethodArg::Photon)]
-    pub method: MethodArg,
+    #[arg(long, value_enum, default_value_t = Method::Photon)]
+    pub method: Method,
 
     /// Camera samples per pixel and pass of the path tracers, stratified against each other. Default: 4.
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
@@ -58,12 +59,14 @@ pub struct SettingsArgs {
 /// Camera samples per pixel and pass of the path tracers.
 pub(super) const DEFAULT_SAMPLES: u32 = 4;
 
-/// Who transports light.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum MethodArg {
-    Photon,
-    Path,
-    PathPlain,
+impl ValueEnum for Method {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()))
+    }
 }
 
 /// Who serves direct light.
@@ -81,7 +84,7 @@ impl SettingsArgs {
     /// The settings asked for, those that follow from the layers included; the film is that of [`film`](Self::film).
     pub fn resolve(&self) -> Result<(Settings, Vec<Layer>)> {
         let layers = self.layers()?;
-        if let (Some(samples), MethodArg::Photon) = (self.samples, self.method) {
+        if let (Some(samples), Method::Photon) = (self.samples, self.method) {
             return Err(Error::Usage(format!(
                 "--samples {samples}: photons take one camera sample per pixel and pass; add --method path, or give more passes"
             )));
@@ -94,11 +97,7 @@ impl SettingsArgs {
                 DirectArg::Connection => Direct::Connection,
                 DirectArg::Photons => Direct::Photons,
             },
-            method: match self.method {
-                MethodArg::Photon => Method::Photon,
-                MethodArg::Path => Method::Path,
-                MethodArg::PathPlain => Method::PathPlain,
-            },
+            method: self.method,
             samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
             invisible: layers.contains(&Layer::Invisible),
             max_reflections: self.max_reflections,

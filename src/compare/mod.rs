@@ -1,4 +1,9 @@
 //! Error against run time: methods, budgets and seeds side by side, and the reference that they are measured against.
 
-pub mod race;
-pub mod reference;
+mod maker;
+mod race;
+mod reference;
+
+pub use maker::{ReferenceMaker, candidates};
+pub use race::{Course, Run, Snapshot, race};
+pub use reference::{NoiseShare, OwnError, Reference};

@@ -14,6 +14,8 @@ mod shrink;
 #[cfg(test)]
 mod tests;
 
+pub use crate::existence::{Existence, Multiplication};
+pub use crate::machine::MemoryLimit;
 pub use describe::Technique;
 pub use frame::Frame;
 pub use lines::Visibility;
@@ -23,7 +25,6 @@ pub use photons::{PerPath, PhotonClasses, PhotonPlan};
 pub use settings::{Direct, LEVELS, Method, Settings};
 
 use crate::connect::Connections;
-use crate::existence::Existence;
 use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
 use crate::scene::{Luminaire, Material, Scene, SurfacePoint};

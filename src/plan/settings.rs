@@ -61,6 +61,9 @@ pub enum Method {
 }
 
 impl Method {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Photon, Self::Path, Self::PathPlain];
+
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {

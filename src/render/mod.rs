@@ -2,20 +2,20 @@
 
 mod forecast;
 
+pub use crate::memory::Memory;
 pub use crate::pass::render_pass;
 pub use crate::pilot::{learn, learn_photons};
+pub use crate::stop::Stop;
 pub use forecast::{Forecast, Saving, Stages, savings};
 
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
 use crate::existence::{Existence, Multiplication};
 use crate::film::{Film, Header, Layer};
-use crate::memory::Memory;
 use crate::pass::pass_image;
 use crate::path_trace::unreachable_luminaires;
 use crate::plan::{Frame, Method, Plan, Settings};
 use crate::scene::Scene;
-use crate::stop::Stop;
 
 /// A render in progress.
 ///

@@ -1,6 +1,6 @@
 //! What a comparison found, as files hold it.
 
-use crate::compare::reference::OwnError;
+use crate::compare::OwnError;
 use crate::measure::Metrics;
 use glam::Vec3;
 use serde::Serialize;

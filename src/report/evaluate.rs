@@ -2,8 +2,8 @@
 
 use super::data::{Curve, Interval, MaskFacts, Pair, Point, ReferenceFacts, Row, SceneReport, Shown};
 use super::stats::{at, bootstrap, log_slope, median, quantile, reached};
-use crate::compare::race::Run;
-use crate::compare::reference::{NoiseShare, OwnError, Reference};
+use crate::compare::Run;
+use crate::compare::{NoiseShare, OwnError, Reference};
 use crate::measure::mask::{brighter_than, dilated};
 use crate::measure::{compare, flip};
 use crate::plan::Method;
@@ -150,7 +150,7 @@ pub fn evaluate(
 
 fn rows(run: &Run, reference: &Reference, noise: &NoiseShare, left_out: &[bool]) -> Vec<Row> {
     let (width, height) = (reference.width, reference.height);
-    let row = |snapshot: &crate::compare::race::Snapshot| {
+    let row = |snapshot: &crate::compare::Snapshot| {
         let metrics = compare(&snapshot.picture, &reference.visible, Some(left_out));
         let map = flip(width, height, &snapshot.picture, &reference.visible, Some(left_out));
         let counted = map.iter().zip(left_out).filter(|(_, out)| !**out);

@@ -14,8 +14,10 @@ pub use csv::csv;
 pub use data::{Comparison, SceneReport};
 pub use page::page;
 pub use square::{SquarePage, square_page};
+#[cfg(feature = "cli")]
 pub(crate) use svg::escape;
 pub use svg::svg;
+#[cfg(feature = "cli")]
 pub(crate) use template::fill;
 
 /// The whole comparison as JSON: every run, and every number that the page shows.
