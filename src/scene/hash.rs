@@ -31,22 +31,8 @@ trait Fields {
 
 /// The hash of all of `scene` that decides its picture.
 pub(super) fn hash(scene: &Scene) -> u64 {
-    // Names, notes and the world's zero decide nothing; the default illumination has become the materials' matrices.
-    let Scene {
-        name: _,
-        notes: _,
-        origin: _,
-        illumination: _,
-        mesh,
-        surfaces,
-        materials,
-        luminaires,
-        camera,
-    } = scene;
     let mut fnv = Fnv::EMPTY;
-    (VERSION, mesh).feed(&mut fnv);
-    (surfaces, materials).feed(&mut fnv);
-    (luminaires, camera).feed(&mut fnv);
+    (VERSION, scene).feed(&mut fnv);
     fnv.0
 }
 
@@ -107,59 +93,38 @@ impl Fields for Vec3 {
     }
 }
 
-impl Fields for Light {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { invisible, visible } = self;
-        (invisible, visible).feed(fnv);
-    }
-}
-
 impl Fields for Matrix {
     fn feed(&self, fnv: &mut Fnv) {
         self.rows().feed(fnv);
     }
 }
 
-impl Fields for Mesh {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { positions, normals, triangles, surface } = self;
-        (positions, normals).feed(fnv);
-        (triangles, surface).feed(fnv);
-    }
+/// Structs field by field, but for those after the semicolon, which decide nothing.
+macro_rules! fields {
+    ($($name:ident { $($field:ident),+ $(; $($rest:ident),+)? })+) => {$(
+        impl Fields for $name {
+            fn feed(&self, fnv: &mut Fnv) {
+                let Self { $($field),+ $(, $($rest: _),+)? } = self;
+                $($field.feed(fnv);)+
+            }
+        }
+    )+};
 }
 
-impl Fields for Surface {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { name: _, material, smooth, closed } = self;
-        (material, (smooth, closed)).feed(fnv);
-    }
-}
-
-impl Fields for Material {
-    fn feed(&self, fnv: &mut Fnv) {
-        // The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
-        let Self {
-            name: _,
-            lobes: _,
-            illumination: _,
-            opaque: _,
-            straight: _,
-            resolved: _,
-            emission,
-            backs,
-            bsdf,
-            follows,
-        } = self;
-        (emission, backs).feed(fnv);
-        (bsdf, follows).feed(fnv);
-    }
-}
-
-impl Fields for Emission {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { radiance, two_sided } = self;
-        (radiance, two_sided).feed(fnv);
-    }
+fields! {
+    // The default illumination has become the materials' matrices.
+    Scene { mesh, surfaces, materials, luminaires, camera; name, origin, illumination, notes }
+    Mesh { positions, normals, triangles, surface }
+    Surface { material, smooth, closed; name }
+    // The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
+    Material { emission, backs, bsdf, follows; name, lobes, illumination, opaque, straight, resolved }
+    Emission { radiance, two_sided }
+    Follows { s, t }
+    Bsdf { straight, terms }
+    Term { coefficient, lobe }
+    Light { invisible, visible }
+    SpotCone { inner, outer }
+    Camera { position, right, up, forward, projection, aspect }
 }
 
 impl Fields for Backs {
@@ -169,27 +134,6 @@ impl Fields for Backs {
             Self::Unseen => 1,
         };
         tag.feed(fnv);
-    }
-}
-
-impl Fields for Follows {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { s, t } = self;
-        (s, t).feed(fnv);
-    }
-}
-
-impl Fields for Bsdf {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { straight, terms } = self;
-        (straight, terms).feed(fnv);
-    }
-}
-
-impl Fields for Term {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { coefficient, lobe } = self;
-        (coefficient, lobe).feed(fnv);
     }
 }
 
@@ -219,21 +163,6 @@ impl Fields for Luminaire {
             }
             Self::Directional { direction, irradiance } => (4_u32, (direction, irradiance)).feed(fnv),
         }
-    }
-}
-
-impl Fields for SpotCone {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { inner, outer } = self;
-        (inner, outer).feed(fnv);
-    }
-}
-
-impl Fields for Camera {
-    fn feed(&self, fnv: &mut Fnv) {
-        let Self { position, right, up, forward, projection, aspect } = self;
-        ((position, right), (up, forward)).feed(fnv);
-        (projection, aspect).feed(fnv);
     }
 }
 
