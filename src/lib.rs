@@ -52,7 +52,7 @@
 //! | power | what a photon carries | W |
 //! | radiance | what a pixel shows | W m⁻² sr⁻¹ |
 //! | irradiance | photon power per area | W m⁻² |
-//! | `pdf_solid_angle` | density of a direction | sr⁻¹ |
+//! | `Pdf` | density of a direction, sr⁻¹; for a delta lobe a probability | |
 //! | `n`, `m` | reflections, straight crossings of a path | |
 //! | `s`, `t` | inter-reflection, shadowlessness | |
 //! | `k` | multiplication factor of reflected power per generation | |

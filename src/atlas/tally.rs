@@ -4,7 +4,7 @@ use super::places::{ABREAST, ByPlace, Packed, Places};
 use crate::connect::Connection;
 use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally};
 use crate::light::{Light, Matrix, Power, Row};
-use crate::optics::{Diffuse, Lobe, Term};
+use crate::optics::{Diffuse, Term};
 use crate::photon::Orders;
 use crate::photon_map::Found;
 use crate::plan::{Direct, Frame, Plan};
@@ -165,7 +165,7 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
         if self.frame.direct == Direct::Connection {
             self.connect(here, term, (row, orders), &mut pixel.parts[0], rng);
         }
-        if let Lobe::Diffuse(diffuse) = &term.lobe {
+        if let Some(diffuse) = term.lobe.as_diffuse() {
             self.read_maps(here, diffuse, (row, orders), pixel);
         }
     }

@@ -24,7 +24,7 @@ pub(super) type Places = BTreeMap<u32, Photon>;
 pub(super) fn channels_that_matter(scene: &Scene) -> Vec<usize> {
     let filters = |channel: usize| -> Vec<f32> {
         let terms = scene.materials.iter().flat_map(|material| &material.bsdf.terms);
-        terms.map(|term| term.lobe.albedo()[channel]).collect()
+        terms.map(|term| term.lobe.bound()[channel]).collect()
     };
     let filters = [filters(0), filters(1), filters(2)];
     let emits = |luminaire: &Luminaire, channel: usize| {

@@ -28,7 +28,7 @@ impl Chain {
         let straight = materials().fold([[false; 2]; 2], |sum, bsdf| or(sum, pattern(bsdf.straight)));
         let reflects = materials()
             .flat_map(|bsdf| &bsdf.terms)
-            .filter(|term| term.lobe.albedo().max_element() > 0.0)
+            .filter(|term| term.lobe.bound().max_element() > 0.0)
             .fold([[false; 2]; 2], |sum, term| or(sum, pattern(term.coefficient)));
         // Any number of straight crossings, then a reflection.
         let identity = [[true, false], [false, true]];
@@ -103,7 +103,7 @@ pub(super) fn materials(scene: &Scene) -> impl Iterator<Item = (usize, &Material
 
 /// The largest part of arriving light that a lobe sends on.
 fn lossless(lobe: &Lobe, channel: usize) -> f64 {
-    f64::from(lobe.albedo()[channel])
+    f64::from(lobe.bound()[channel])
 }
 
 fn pattern(matrix: Matrix) -> Pattern {

@@ -60,7 +60,7 @@ pub(super) fn branches<const R: usize>(
         if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
         }
-        rows.iter().map(|row| (*row * term.coefficient * term.lobe.albedo()).total()).sum()
+        rows.iter().map(|row| (*row * term.coefficient * term.lobe.bound()).total()).sum()
     };
     // What the camera looks at is followed however dark it is; behind it, in proportion to what it passes on.
     let whole: f32 = if parent.delta_chain == 0 {
@@ -76,7 +76,7 @@ pub(super) fn branches<const R: usize>(
         }
         let lobe = rays.lobe_at(term.lobe, point);
         for sample in lobe.branches(&point.normals, wo, Transport::Gathering).into_iter().flatten() {
-            let probability = sample.pdf_solid_angle;
+            let probability = sample.pdf.value();
             let part = parent.share * probability * (strength / whole);
             let survival = (part / faintest).min(1.0);
             if survival < 1.0 && rng.f32() >= survival {

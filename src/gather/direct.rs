@@ -17,7 +17,7 @@ use crate::connect::Connection;
 #[cfg(doc)]
 use crate::connect::Connections;
 use crate::light::{Light, Power, Row};
-use crate::optics::{Lobe, Term};
+use crate::optics::Term;
 use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
@@ -89,8 +89,8 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
                 parts.direct += sampled.seen;
             }
         });
-        let whole = match open.term.lobe {
-            Lobe::Diffuse(diffuse) if connections.has_closed_form() => {
+        let whole = match open.term.lobe.as_diffuse() {
+            Some(diffuse) if connections.has_closed_form() => {
                 let f = diffuse.towards(&open.point.normals, open.wo);
                 let light = f * connections.unhidden(&open.point, open.wo);
                 if light.is_zero() {

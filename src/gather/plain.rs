@@ -3,7 +3,7 @@
 use super::direct::{Begun, Open};
 use super::{Here, Maps, Nearby, Pixel, Tally};
 use crate::light::{Light, Power, Row};
-use crate::optics::{Lobe, Term};
+use crate::optics::Term;
 use crate::photon::PathClass;
 use crate::plan::{Direct, Frame, Plan};
 use crate::sampling::{Rng, Sobol};
@@ -67,7 +67,7 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
             let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, sobol };
             self.connect(open, pixel);
         }
-        let Lobe::Diffuse(diffuse) = term.lobe else { return };
+        let Some(diffuse) = term.lobe.as_diffuse() else { return };
         let footprint = self.view.footprint(here.travelled, self.frame.height);
         let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
         let f = diffuse.towards(&point.normals, wo);

@@ -1,5 +1,5 @@
 use super::smooth;
-use super::{Dielectric, Diffuse, Mirror, Normals, Sample, ThinDielectric, Transport};
+use super::{Dielectric, Diffuse, Mirror, Normals, Pdf, Sample, ThinDielectric, Transport};
 use crate::light::Matrix;
 use glam::Vec3;
 
@@ -20,7 +20,19 @@ pub enum Lobe {
 impl Lobe {
     /// True for lobes that send light into single directions: [`eval`](Self::eval) is zero, only sampling sees them.
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Self::Diffuse(_))
+        match self {
+            Self::Diffuse(_) => false,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => true,
+        }
+    }
+
+    /// The lobe as Lambert's reflector, if it is one: what needs no direction of the light that arrives, so that a photon map
+    /// serves it, and closed forms of irradiance do.
+    pub fn as_diffuse(&self) -> Option<&Diffuse> {
+        match self {
+            Self::Diffuse(lobe) => Some(lobe),
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+        }
     }
 
     /// BSDF value in sr⁻¹ of light from `to` that is seen from `from`, cosine not included; symmetric where the two
@@ -50,7 +62,7 @@ impl Lobe {
     }
 
     /// All branches of a delta lobe, each as [`sample`](Self::sample) gives it when chance falls on it; the sum of
-    /// `weight * pdf_solid_angle` is what the lobe passes on. None for finite lobes.
+    /// `weight` times the probability is what the lobe passes on. None for finite lobes.
     pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 4] {
         match self {
             Self::Diffuse(_) => [None; 4],
@@ -58,7 +70,7 @@ impl Lobe {
             Self::Mirror(lobe) => smooth::branches(lobe, normals, from, transport),
             // Nothing is there that could bend light or reflect it, whatever the normals are.
             Self::Dielectric(Dielectric { ior: 1.0, tint }) => {
-                let straight = Sample { to: -from, weight: *tint, pdf_solid_angle: 1.0, geometric: true };
+                let straight = Sample { to: -from, weight: *tint, pdf: Pdf::Delta(1.0), geometric: true };
                 [Some(straight), None, None, None]
             }
             Self::Dielectric(lobe) => smooth::branches(lobe, normals, from, transport),
@@ -66,8 +78,14 @@ impl Lobe {
         }
     }
 
-    /// An upper bound of the reflectance for light of any direction, shading normals aside; linear RGB.
+    /// What the lobe reflects as a picture of materials shows it, linear RGB.
     pub fn albedo(&self) -> Vec3 {
+        self.bound()
+    }
+
+    /// An upper bound of the reflectance for light of any direction, shading normals aside; linear RGB. It weighs choices, bounds
+    /// k, and is zero only where nothing is reflected.
+    pub fn bound(&self) -> Vec3 {
         match self {
             Self::Diffuse(lobe) => lobe.albedo,
             Self::Mirror(lobe) => lobe.tint,
@@ -141,7 +159,7 @@ mod tests {
                     let branches = lobe.branches(&normals, from, transport);
                     let certain = branches.iter().flatten();
                     let (probability, weight) = certain.fold((0.0, Vec3::ZERO), |(p, w), sample| {
-                        (p + sample.pdf_solid_angle, w + sample.pdf_solid_angle * sample.weight)
+                        (p + sample.pdf.value(), w + sample.pdf.value() * sample.weight)
                     });
                     assert!((probability - 1.0).abs() < 1e-6, "{lobe:?} from {from}: {probability}");
                     let n = 20_000;

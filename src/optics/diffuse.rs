@@ -1,4 +1,4 @@
-use super::{Normals, Sample, Transport};
+use super::{Normals, Pdf, Sample, Transport};
 use crate::sampling::warp;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -75,8 +75,8 @@ impl Diffuse {
         }
     }
 
-    fn chosen(&self, to: Vec3, factor: f32, pdf_solid_angle: f32) -> Sample {
-        Sample { to, weight: factor * self.albedo, pdf_solid_angle, geometric: false }
+    fn chosen(&self, to: Vec3, factor: f32, pdf: f32) -> Sample {
+        Sample { to, weight: factor * self.albedo, pdf: Pdf::SolidAngle(pdf), geometric: false }
     }
 
     #[inline(always)]

@@ -37,6 +37,32 @@ pub enum Transport {
     Gathering,
 }
 
+/// How likely a direction is: in which measure depends on the lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pdf {
+    /// The probability of one of the single directions of a delta lobe.
+    Delta(f32),
+    /// The density over directions of a finite lobe, sr⁻¹.
+    SolidAngle(f32),
+}
+
+impl Pdf {
+    /// The number, whatever it measures: what `weight` was divided by.
+    pub fn value(self) -> f32 {
+        match self {
+            Self::Delta(p) | Self::SolidAngle(p) => p,
+        }
+    }
+
+    /// The density over directions, sr⁻¹. None where directions are single.
+    pub fn solid_angle(self) -> Option<f32> {
+        match self {
+            Self::Delta(_) => None,
+            Self::SolidAngle(density) => Some(density),
+        }
+    }
+}
+
 /// One sampled direction of one lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -45,8 +71,8 @@ pub struct Sample {
     /// What the carried power or row is multiplied by: `f |cos| / pdf` (delta lobes: their weight / probability),
     /// with the factors of [`Transport`] included.
     pub weight: Vec3,
-    /// Density of `to` in solid angle (sr⁻¹); for a delta lobe the probability of the branch that was chosen.
-    pub pdf_solid_angle: f32,
+    /// How likely `to` was.
+    pub pdf: Pdf,
     /// True where a delta lobe turned the walk about the geometric normal, because about the shading normal it would
     /// have gone to the wrong side.
     pub geometric: bool,

@@ -10,7 +10,7 @@
 //! (Veach 1997, §5.3, for a lobe that is one about its shading normal alone.) The sum over all light is that of
 //! gathering; for light from one direction it may be above or below what arrived, as with all shading normals.
 
-use super::{Normals, Sample, Transport};
+use super::{Normals, Pdf, Sample, Transport};
 use glam::Vec3;
 
 /// A lobe that reflects in one direction and lets through in one.
@@ -147,7 +147,7 @@ pub(super) fn branches(
     let sample = |way: Way, factor: f32, whole: f32| Sample {
         to: way.to,
         weight: factor * filter(way.turn),
-        pdf_solid_angle: way.share / whole,
+        pdf: Pdf::Delta(way.share / whole),
         geometric: way.geometric,
     };
     if transport == Transport::Shooting && normals.shading != normals.geometric {
@@ -168,10 +168,10 @@ pub(super) fn choose(branches: [Option<Sample>; 4], mut u: f32) -> Option<Sample
     let mut chosen = None;
     for branch in branches.into_iter().flatten() {
         chosen = Some(branch);
-        if u < branch.pdf_solid_angle {
+        if u < branch.pdf.value() {
             break;
         }
-        u -= branch.pdf_solid_angle;
+        u -= branch.pdf.value();
     }
     chosen
 }

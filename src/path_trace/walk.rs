@@ -258,7 +258,7 @@ impl<const N: usize> Encounter<'_, N> {
     /// A bound of how much a branch by `term` would read.
     fn share(&self, term: &Term) -> f32 {
         if term.lobe.responds(&self.at.normals, self.from) {
-            self.reads.through(term.coefficient).filtered(term.lobe.albedo()).total()
+            self.reads.through(term.coefficient).filtered(term.lobe.bound()).total()
         } else {
             0.0
         }
@@ -313,7 +313,7 @@ impl<const N: usize> Encounter<'_, N> {
             unit: self.line.unit,
             seen: self.line.seen && term.lobe.is_delta(),
             compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
-            pdf_solid_angle: (!term.lobe.is_delta()).then_some(probability * sample.pdf_solid_angle),
+            pdf_solid_angle: sample.pdf.solid_angle().map(|density| probability * density),
         })
     }
 }

@@ -100,11 +100,11 @@ pub(super) fn passes(bsdf: &Bsdf, set: Components) -> bool {
 }
 
 fn before(set: Components, term: &Term) -> Components {
-    set.before(term.coefficient, term.lobe.albedo())
+    set.before(term.coefficient, term.lobe.bound())
 }
 
 fn after(set: Components, term: &Term) -> Components {
-    set.after(term.coefficient, term.lobe.albedo())
+    set.after(term.coefficient, term.lobe.bound())
 }
 
 fn union(sets: impl Iterator<Item = Components>) -> Components {

@@ -125,7 +125,7 @@ pub(super) fn closed_form(
 ) -> Vec<u32> {
     let (_, others) = summed_and_others(scene);
     let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { .. });
-    let uniform = |lobe: &Lobe| lobe.is_delta() || matches!(lobe, Lobe::Diffuse(_));
+    let uniform = |lobe: &Lobe| lobe.is_delta() || lobe.as_diffuse().is_some();
     let lobes = || scene.materials.iter().flat_map(|material| &material.bsdf.terms).map(|term| &term.lobe);
     let asked = settings.direct == Direct::Connection && !settings.atlas;
     let fits = asked && (1..=CLOSED_FORMS).contains(&others.len());

@@ -221,7 +221,7 @@ impl<'a, P: Power> Walk<'a, P> {
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
         let term = &bsdf.terms[term];
         let lobe = self.plan.rays.lobe_at(term.lobe, point);
-        let Some(Sample { to, weight, pdf_solid_angle, geometric }) =
+        let Some(Sample { to, weight, pdf, geometric }) =
             lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
         else {
             return 0.0;
@@ -252,8 +252,7 @@ impl<'a, P: Power> Walk<'a, P> {
                 false => Vec3::ZERO,
             };
             let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
-            beam.scattered(&lobe, &normals, [from, to], bend)
-                .thinned(probability * pdf_solid_angle * survival)
+            beam.scattered(&lobe, &normals, [from, to], bend).thinned(probability * pdf.value() * survival)
         } else {
             line.beam
         };
@@ -295,7 +294,7 @@ fn choose_term<P: Power>(
     let strength = |k: usize| {
         let term = &bsdf.terms[k];
         if term.lobe.responds(&point.normals, from) {
-            power.through(term.coefficient).filtered(term.lobe.albedo()).total()
+            power.through(term.coefficient).filtered(term.lobe.bound()).total()
         } else {
             0.0
         }

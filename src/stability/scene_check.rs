@@ -142,7 +142,7 @@ fn energy(scene: &Scene, settings: &Settings, render: &Render) -> Vec<Check> {
 fn keeps_energy(scene: &Scene) -> bool {
     let most = |material: &Material| {
         let terms = material.bsdf.terms.iter();
-        let reflected = terms.map(|term| term.coefficient.inv_inv * term.lobe.albedo().max_element());
+        let reflected = terms.map(|term| term.coefficient.inv_inv * term.lobe.bound().max_element());
         material.bsdf.straight.inv_inv + reflected.sum::<f32>()
     };
     scene.materials.iter().all(|material| most(material) <= 1.0)

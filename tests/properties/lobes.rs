@@ -42,7 +42,7 @@ proptest! {
             prop_assert!(sample.weight.min_element() >= 0.0 && sample.weight.max_element() <= 1.0 + 1e-6);
             prop_assert!((sample.to.length() - 1.0).abs() < 1e-5);
             prop_assert!(lobe.responds(&Normals::flat(n), from));
-            prop_assert!(sample.weight.cmple(lobe.albedo() + 1e-6).all());
+            prop_assert!(sample.weight.cmple(lobe.bound() + 1e-6).all());
         }
     }
 
@@ -52,7 +52,7 @@ proptest! {
         let normals = Normals::flat(n);
         if let Some(sample) = lobe.sample(&normals, from, Transport::Gathering, u) {
             let pdf = lobe.pdf(&normals, from, sample.to);
-            prop_assert!((pdf - sample.pdf_solid_angle).abs() <= 1e-5 * pdf + 1e-7);
+            prop_assert!((pdf - sample.pdf.value()).abs() <= 1e-5 * pdf + 1e-7);
             let weight = lobe.eval(&normals, from, sample.to) * sample.to.dot(n).abs() / pdf;
             prop_assert!((weight - sample.weight).abs().max_element() < 1e-4);
         }
@@ -163,7 +163,7 @@ fn the_density_of_lambert_integrates_to_one() {
 fn branch(lobe: &Lobe, from: Vec3, reflected: bool) -> Option<(Vec3, f32, Vec3)> {
     let u = if reflected { 0.0 } else { 1.0 - f32::EPSILON };
     let sample = lobe.sample(&Normals::flat(Vec3::Z), from, Transport::Gathering, [0.0, 0.0, u])?;
-    ((sample.to.z * from.z > 0.0) == reflected).then_some((sample.to, sample.pdf_solid_angle, sample.weight))
+    ((sample.to.z * from.z > 0.0) == reflected).then_some((sample.to, sample.pdf.value(), sample.weight))
 }
 
 proptest! {
@@ -225,7 +225,7 @@ proptest! {
     fn what_is_not_absorbed_goes_on_whatever_the_normals(lobe in smooth_lobe(), normals in askew(), from in unit()) {
         prop_assume!(normals.geometric.dot(from).abs() > 1e-3);
         let branches = lobe.branches(&normals, from, Transport::Gathering);
-        let whole: f32 = branches.iter().flatten().map(|branch| branch.pdf_solid_angle).sum();
+        let whole: f32 = branches.iter().flatten().map(|branch| branch.pdf.value()).sum();
         prop_assert!((whole - 1.0).abs() < 1e-5, "{whole}");
         for branch in branches.into_iter().flatten() {
             // Radiance is compressed where light goes to the other side by the geometric normal, and only there.
@@ -326,7 +326,7 @@ fn read_from_both_ends(
             let read = |sample: halflight::optics::Sample| sample.weight.x * bump(end, sample.to);
             let read: f32 = if lobe.is_delta() {
                 let branches = lobe.branches(normals, from, transport);
-                branches.into_iter().flatten().map(|branch| branch.pdf_solid_angle * read(branch)).sum()
+                branches.into_iter().flatten().map(|branch| branch.pdf.value() * read(branch)).sum()
             } else {
                 lobe.sample(normals, from, transport, u).map_or(0.0, read)
             };
