@@ -119,7 +119,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
         for hit in &hits {
             let (material, point) = plan.matter_at(hit);
-            let bsdf = &material.bsdf;
+            let bsdf: &Bsdf = &material.at(&point);
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
             }

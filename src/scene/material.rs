@@ -1,7 +1,8 @@
-use super::{Emission, Illumination, Matter};
+use super::{Emission, Illumination, Matter, SurfacePoint};
 use crate::light::Matrix;
 use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term};
 use glam::Vec3;
+use std::borrow::Cow;
 
 /// What a surface is made of. Its matrix BSDF follows from all of this and from the scene's illumination, by
 /// [`SceneBuilder::build`](super::SceneBuilder::build) and [`Scene::illuminate`](super::Scene::illuminate).
@@ -105,7 +106,13 @@ impl Material {
         Self { emission: Some(emission), ..self }
     }
 
-    /// The matrix BSDF F = Σ C_k f_k; empty before it is resolved.
+    /// The matrix BSDF at a point of the surface: what every walk asks. Matter is the same everywhere, so that it is lent.
+    #[inline]
+    pub fn at(&self, _: &SurfacePoint) -> Cow<'_, Bsdf> {
+        Cow::Borrowed(&self.bsdf)
+    }
+
+    /// The matrix BSDF F = Σ C_k f_k that plans and bounds look at; empty before it is resolved.
     pub fn bsdf(&self) -> &Bsdf {
         &self.bsdf
     }

@@ -98,6 +98,7 @@ struct Line<P> {
 /// Where a line met matter.
 struct Met<'m> {
     material: &'m Material,
+    bsdf: &'m Bsdf,
     hit: &'m Hit,
     point: &'m SurfacePoint,
 }
@@ -164,14 +165,15 @@ impl<'a, P: Power> Walk<'a, P> {
         let mut power = line.power;
         for hit in &hits {
             let (material, point) = self.plan.matter_at(hit);
+            let bsdf: &Bsdf = &material.at(&point);
             let arriving = power.scaled(line.falloff.at(hit.t));
             let of = self.plan.scene.surface_of(hit.triangle).material as usize;
             if self.photon_plan.deposits[of] && self.photon_plan.classes.contains(line.class) {
                 self.deposit(&line, hit.t, &point, arriving, rng);
             }
-            let met = Met { material, hit, point: &point };
+            let met = Met { material, bsdf, hit, point: &point };
             let sent_on = self.spawn(&line, &met, arriving, unit, rng);
-            let straight = power.through(material.bsdf.straight);
+            let straight = power.through(bsdf.straight);
             self.account(power, sent_on, straight);
             power = straight;
             line.orders = line.orders.crossed(material);
@@ -212,12 +214,12 @@ impl<'a, P: Power> Walk<'a, P> {
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
     fn spawn(&mut self, line: &Line<P>, met: &Met<'_>, power: P, unit: f32, rng: &mut Rng) -> f64 {
-        let Met { material, hit, point } = *met;
+        let Met { material, bsdf, hit, point } = *met;
         let orders = line.orders.reflected(material);
         if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
         }
-        let (from, bsdf) = (-line.direction, &material.bsdf);
+        let from = -line.direction;
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
         let term = &bsdf.terms[term];
         let lobe = self.plan.rays.lobe_at(term.lobe, point);
