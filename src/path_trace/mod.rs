@@ -79,7 +79,7 @@ pub struct Picture {
 
 /// Traces one pass. Passes are independent; equal arguments give equal bits for any number of threads.
 ///
-/// Pixels are boxes. In matter whose series diverges (DESIGN §1, k ≥ 1) the pass still ends, but its numbers mean
+/// Pixels are boxes. In matter whose series diverges (k ≥ 1, docs/architecture.md) the pass still ends, but its numbers mean
 /// nothing unless `max_reflections` is set.
 pub fn trace_pass(scene: &Scene, rays: &Rays, settings: &PathSettings, pass: u32) -> Picture {
     trace_pass_until(scene, rays, settings, pass, &Stop::default())
