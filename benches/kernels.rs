@@ -1,4 +1,4 @@
-//! Kernels, one core: Mrays/s are criterion's Melem/s. `cargo bench --bench kernels -- <filter>`
+//! Kernels, one core: criterion's Melem/s are Mrays/s. `cargo bench --bench kernels -- <filter>`
 
 mod ray_scene;
 

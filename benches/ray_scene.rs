@@ -1,4 +1,4 @@
-//! Two spheres of 250 000 triangles in a box, and rays in it: what kernels are measured with.
+//! Two spheres of 250 000 triangles in a box, and rays in it: the scene on which kernels are measured.
 
 use glam::{DVec3, Vec3};
 use halflight::light::Matrix;

@@ -1,5 +1,5 @@
 //! Frames a second of the page of `halflight view` while it walks by itself, at 512×512, in Chromium without a GPU (Mesa's
-//! llvmpipe): `cargo bench --bench square`. Three turns, each with the picture drawn and without, which is the browser's own most.
+//! llvmpipe): `cargo bench --bench square`. Three turns, each with the picture drawn and without, which is the browser's own maximum.
 
 #[path = "../tests/cli/browser.rs"]
 mod browser;

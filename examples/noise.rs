@@ -1,4 +1,4 @@
-//! What the noise of a pass is made of, and where its time goes: by class of light, as Markdown.
+//! What the noise of a pass consists of, and where its time goes: by class of light, as Markdown.
 //!
 //! `cargo run --release --example noise -- SCENE [PASSES [FIRST [SIZE]]]`: relMSE of one pass by class of light, measured as the
 //! spread of PASSES passes from pass FIRST on (radii shrink with it); seconds are wall time, medians.

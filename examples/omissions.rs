@@ -1,4 +1,4 @@
-//! What leaving out is worth: the table of the README, as Markdown.
+//! What leaving out is worth: the table of `docs/omissions.md`, as Markdown.
 //!
 //! `cargo run --release --example omissions` renders each scene with and without one omission (or all), in turns, and
 //! prints the processor time of a pass, medians. `-- NAME …` prints some rows only.

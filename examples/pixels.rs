@@ -1,5 +1,5 @@
-//! A hash of the pixels of each layer of EXR files: equal pictures, bit for bit, have equal lines.
-//! `cargo run --release --example pixels -- a.exr b.exr`; benches/same-pixels.sh compares two builds by it.
+//! A hash of the pixels of each layer of EXR files: pictures that are equal bit for bit have equal lines.
+//! `cargo run --release --example pixels -- a.exr b.exr`; benches/same-pixels.sh uses it to compare two builds.
 
 use halflight::film::read_exr;
 

@@ -1,4 +1,4 @@
-//! What users can get wrong, in one enum; each message names the thing and the way out. Bugs are assertions.
+//! What users can get wrong, as one enum. Each message names the thing and the way out. Bugs are assertions.
 
 use std::path::PathBuf;
 

@@ -27,21 +27,24 @@
 //! # The story
 //!
 //! ```text
-//! scene.glb ─ load ─► Scene ─ plan ─► Plan ─┐ for each pass
-//!                                           ├─ shoot ─► photons ─ build ─► maps ─┐
-//!                                           └─ camera rays ───────── gather ◄────┘ ─► Film ─► EXR, PNG
-//!                                              camera rays ─ path trace (the opponent) ─► the same Film
+//! scene.glb ─ load ─► Scene ─ plan ─► Plan ─ learn ─► Frame ─┐ for each pass
+//!                                                            ├─ shoot ─► photons ─ build ─► maps ─┐
+//!                                                            └─ camera rays ───────── gather ◄────┘ ─► Film ─► EXR, PNG
+//!                                                               camera rays ─ path trace (the opponent) ─► the same Film
 //! ```
 //!
 //! 1. [`scene`] loads a glTF file, or is built in code; every material becomes a matrix BSDF [`optics::Bsdf`], `F = Σ C_k f_k`.
-//! 2. [`plan`] looks at the matrices, decides what the picture needs, and leaves out the rest.
-//! 3. `shoot` sends photons from the luminaires; matrices act on their [`light::Light`] from the left.
-//! 4. `photon_map` makes kd-trees of them.
-//! 5. `gather` follows camera rays whose [`light::Row`] is multiplied from the right, connects them to luminaires and
-//!    reads the rest from the maps.
+//! 2. [`plan`] looks at the matrices, decides what the picture needs, and leaves out the rest. A [`plan::Plan`] does not
+//!    change; what a few trial paths teach, and what may vary from pass to pass, is a [`plan::Frame`] (`pilot`).
+//! 3. `shoot` sends photons from the luminaires (`emission`); matrices act on their [`light::Light`] from the left.
+//! 4. `photon_map` builds kd-trees of them.
+//! 5. `gather` follows camera rays whose [`light::Row`] is multiplied from the right, connects them to luminaires
+//!    (`connect`) and reads the rest from the maps.
 //! 6. [`film`] sums passes, which are independent: their spread is the error bar.
 //!
 //! `path_trace` gathers all light from the camera and shares no estimator with 3–5, so that agreement is evidence.
+//!
+//! `docs/architecture.md` is for those who change the code: conventions, where to add what, how it is tested.
 //!
 //! # Names and units
 //!

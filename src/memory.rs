@@ -1,4 +1,4 @@
-//! What a render will hold in memory, and whether the machine has as much.
+//! How much memory a render will hold, and whether the machine has that much.
 
 use crate::error::{Error, Result};
 use crate::film::{Film, Layer};

@@ -1,5 +1,7 @@
-//! One pass: shoot photons, build the maps, gather. Which kernels serve (one half or both on the way, one picture or two at the
-//! camera) is matched once, outside all loops.
+//! One pass: shoot photons, build the maps, gather. [`render_pass`] is a function of (plan, frame, pass).
+//!
+//! The kernels are generic over what photons carry (one half of light or both) and how many pictures the camera makes (one
+//! or two); which of them serve is decided once, outside all loops.
 
 use crate::film::{Layer, PassImage};
 use crate::gather::{Gathered, Maps, Parts, Pixel, gather};

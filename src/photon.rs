@@ -1,4 +1,4 @@
-//! What is shot, kept and gathered: photons, and where their power went.
+//! Photons: what is shot, kept and gathered, how light came there, and where its power went.
 
 use crate::scene::Material;
 use glam::Vec3;

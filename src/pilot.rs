@@ -1,9 +1,9 @@
-//! A short look before a render: how many photons a path leaves, where caustics begin, and where who should serve a class of paths
-//! is a matter of cost and not of logic.
+//! A few trial paths before a render: how many photons a path leaves, where caustics begin, and who serves direct light where
+//! that depends on cost rather than logic. What they teach is a [`Frame`]; the plan stays as it is.
 //!
-//! Only direct light leaves a choice. Caustics are found by photons alone; inter-reflection is read from the map that is
-//! there for its photons anyway. A connection chooses one of many luminaires blindly, by power, and most of them may
-//! be far away or behind a wall; photons find out by themselves where they arrive, but blur.
+//! Only direct light leaves a choice. Only photons find caustics, and inter-reflection is read from the map that is there for
+//! them anyway. A connection chooses one of many luminaires blindly, by power, and most of them may be far away or behind
+//! a wall. Photons find out by themselves where they arrive, but they blur.
 //!
 //! Nothing here looks at a clock: equal scenes, settings and seeds make equal choices on every machine.
 

@@ -1,10 +1,10 @@
 //! Where surfaces end: the true area within a gather disk.
 //!
-//! Density estimation divides photon power by the area it fell on. Within a gather radius of a rim, part of the disk
-//! lies beyond the surface; dividing by the whole disk would draw a dark line along every edge of a room. The area of
-//! the surface within the disk follows from its rims alone, by Green's theorem:
-//! π r² + Σ over rims of ½ (A × B − r² ∠AB), where A, B are the ends of the part of the rim that lies within the
-//! disk, seen from its centre, with the surface on their left. Rims of coplanar pieces that merely abut cancel.
+//! Density estimation divides photon power by the area it fell on. Within a gather radius of a rim, part of the disk lies
+//! beyond the surface; dividing by the whole disk would draw a dark line along every edge of a room. The area of the surface
+//! within the disk follows from its rims alone, by Green's theorem: π r² + Σ over rims of ½ (A × B − r² ∠AB), where A, B are
+//! the ends of the part of the rim that lies within the disk, seen from its centre, with the surface on their left. Rims of
+//! coplanar pieces that merely abut cancel.
 
 mod edges;
 

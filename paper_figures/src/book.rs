@@ -1,4 +1,4 @@
-//! What was found, figure by figure: the page, its text form and the numbers are all made of this.
+//! The results, figure by figure: the page, its text form and the numbers are all made from this.
 
 use serde_json::{Map, Value, json};
 

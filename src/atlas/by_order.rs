@@ -1,8 +1,9 @@
-//! The final pass once more, with what each pixel shows kept apart by its powers of s and t: the kernel of the atlas.
+//! The final gather of the atlas: what each pixel shows is kept apart by its powers of s and t.
 //!
-//! It runs over a scene at (s, t) = (1, 1), where every matrix that follows the scene's point has factor one, and
-//! counts instead. A row reads one half of light only (what would mix them is refused before), so that each
-//! contribution has one pair of orders (n, m) and its weight anywhere else in the square is sⁿ tᵐ.
+//! It runs over a scene at (s, t) = (1, 1), where every matrix that follows the scene's point has factor one, and counts
+//! instead: the [walk](crate::gather) is that of any picture, its tally is [`ByOrder`]. A row reads only one half of light
+//! (whatever would mix them is refused beforehand), so each contribution has one pair of orders (n, m), and its weight
+//! anywhere else in the square is sⁿ tᵐ.
 
 use super::places::{ABREAST, ByPlace, MostOrders, Packed, PackedPhoton, Places};
 use super::tally::ByOrder;

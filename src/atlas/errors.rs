@@ -1,9 +1,8 @@
-//! The error bar anywhere in the square: standard errors over passes at 25 points, and lines between them.
+//! The error bar anywhere in the square: standard errors over passes at 25 points, interpolated linearly in between.
 //!
-//! Orders of one pixel share photons, so errors of single orders would not do: at each point it is the picture
-//! itself whose spread is measured, pass by pass, later by small groups of passes. As a function of s and t a standard error is
-//! a smooth, rising and (but for rounding) convex one, so that the lines between points lie above it, by no more than
-//! about a tenth.
+//! Orders of one pixel share photons, so errors of single orders would not do. At each point the spread of the picture
+//! itself is measured, pass by pass, later by small groups of passes. As a function of s and t a standard error is smooth,
+//! increasing and (but for rounding) convex, so the lines between points lie above it, by no more than about a tenth.
 
 use super::frontier::Frontier;
 use super::nodes::{self, Colours, Nodes};

@@ -1,8 +1,8 @@
 //! An atlas as layers of an EXR file, and back.
 //!
-//! `atlas.N.M` is the light of the stored powers sᴺ tᴹ, `atlas_error.I.J` the standard error at one point of the grid;
-//! layers without light are left out. Mantissas are rounded to 11 bits, as in a half (errors: to 6), far below the noise;
-//! layers whose exponents a half holds as well are halves.
+//! `atlas.N.M` is the light of the stored powers sᴺ tᴹ, `atlas_error.I.J` the standard error at one point of the grid.
+//! Layers without light are left out. Mantissas are rounded to 11 bits, as in a half (errors: to 6), far below the noise.
+//! Layers whose exponents fit into a half are stored as halves.
 
 use super::errors::{GRID, POINTS};
 use super::frontier::{Frontier, Sample};

@@ -1,9 +1,9 @@
 //! Where in the square images exist: s κ(t) < 1.
 //!
-//! κ(t) is the factor by which light multiplies from one reflection that follows s to the next; where all matter
-//! follows s it is the multiplication factor k at s = 1. By Kingman's theorem the logarithm of the largest s that has
-//! an image is a concave function of ln t, so straight lines between samples in (ln t, ln κ) lie above κ: what is
-//! said to have an image has one.
+//! κ(t) is the factor by which light multiplies from one reflection that follows s to the next; where all matter follows
+//! s, it is the multiplication factor k at s = 1. By Kingman's theorem the logarithm of the largest s that has an image is
+//! a concave function of ln t. So straight lines between samples in (ln t, ln κ) lie above κ, and a point that is said to
+//! have an image has one.
 
 use crate::existence::{Existence, Multiplication};
 use crate::rays::Rays;

@@ -1,8 +1,8 @@
 //! The atlas: every picture of the illumination square from one run.
 //!
 //! Light that was reflected n times in the invisible half and went straight on m times before its last reflection has
-//! weight sⁿ tᵐ. One run over the scene at (1, 1), where nothing is lost, kept apart by (n, m), therefore holds the
-//! picture of every point of the square: `L(s, t) = Σ sⁿ tᵐ L[n][m]`.
+//! weight sⁿ tᵐ. One run over the scene at (1, 1), where nothing is lost, with light kept apart by (n, m), therefore holds
+//! the picture of every point of the square: `L(s, t) = Σ sⁿ tᵐ L[n][m]`.
 //!
 //! ```
 //! # fn main() -> halflight::error::Result<()> {
@@ -22,8 +22,8 @@
 //! # }
 //! ```
 //!
-//! Only matrices that follow the scene's point count: a material with an illumination or matrices of its own stays
-//! what it is in every picture. [`Nodes`] says which powers are stored and how the rest is shared out among them.
+//! Only matrices that follow the scene's point count: a material with an illumination or matrices of its own stays as it
+//! is in every picture. [`Nodes`] says which powers are stored and how the others are shared out among them.
 
 mod by_order;
 mod errors;

@@ -1,13 +1,14 @@
 //! Which powers are stored, and how the others are shared out among them.
 //!
-//! Low powers are kept one by one. Of the high ones only every so often one is a *node*; xⁿ between nodes is written
-//! as Σ wⱼ x^aⱼ over the six nearest nodes, with weights that fit best (least squares) where images exist. The
-//! picture is what must be right: where the whole square has images it is within 10⁻³ everywhere, where light multiplies
-//! by up to κ = 1.3 at (1, 1) within 0.5 % where it is not brighter than 30 times its first reflection.
+//! Low powers are kept one by one. Of the high ones only some are stored, as *nodes*; xⁿ between nodes is written as
+//! Σ wⱼ x^aⱼ over the six nearest nodes, with the weights that fit best (least squares) where images exist. What must be
+//! right is the picture: where the whole square has images it is within 10⁻³ everywhere; where light multiplies by up to
+//! κ = 1.3 at (1, 1) it is within 0.5 % where it is not brighter than 30 times its first reflection.
 //!
 //! Where images exist depends on both variables, and beyond the frontier light grows without bound. Pictures near it are
-//! bright: if light multiplies by κ(t) from one reflection to the next, that of (s, t) is about 1 / (1 − s κ(t)). So an error
-//! of sⁿ at s counts by what tᵐ can be at most of such a picture, and an error of tᵐ at t by what sⁿ can be.
+//! bright: if light multiplies by κ(t) from one reflection to the next, the picture at (s, t) is about 1 / (1 − s κ(t)). So
+//! an error of sⁿ at s is weighted by how large tᵐ can be relative to such a picture, and an error of tᵐ at t by how large
+//! sⁿ can be.
 
 use super::frontier::Frontier;
 use super::places::ABREAST;

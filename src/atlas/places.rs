@@ -1,4 +1,4 @@
-//! What pixels show, kept apart by the powers of s and t that light has come by.
+//! What pixels show, kept apart by the powers of s and t of the light.
 
 use crate::photon::Orders;
 use crate::photon_map::Found;

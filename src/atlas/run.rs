@@ -1,4 +1,4 @@
-//! How an atlas is rendered: what is refused, how far it is counted, and one pass.
+//! How an atlas is rendered: what is refused, how far powers are counted, and its passes.
 
 use super::Atlas;
 use super::frontier::Frontier;

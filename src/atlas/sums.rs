@@ -1,4 +1,4 @@
-//! What passes add up to: per pixel one sum for each pair of stored powers, and the spreads for the error bar.
+//! What passes add up to: for each pixel one sum per pair of stored powers, and the spreads for the error bar.
 
 use super::by_order::gather_by_order;
 use super::errors::{AtGrid, ColourSpread, POINTS};

@@ -1,4 +1,4 @@
-//! The tally of the atlas: each contribution at its place among the powers of s and t.
+//! The tally of the atlas: it puts each contribution in its place among the powers of s and t.
 
 use super::places::{ABREAST, ByPlace, Packed, Places};
 use crate::connect::Connection;

@@ -1,4 +1,4 @@
-//! The table of `halflight check` as one page: a section for each case, with the columns explained.
+//! The table of `halflight check` as one page: a section for each case, and an explanation of the columns.
 
 use crate::report::{escape, fill};
 use crate::stability::LARGEST_Z;

@@ -1,4 +1,4 @@
-//! How `halflight diff` prints what it found.
+//! How `halflight diff` prints its results.
 
 use crate::cli::diff::{LayerReport, Report};
 use crate::cli::escape::line;

@@ -1,4 +1,4 @@
-//! Lines for a terminal: what came from files and arguments moves no cursor, starts no command and breaks no line.
+//! Text for a terminal: names from files and arguments cannot move the cursor, start a command or break a line.
 
 use crate::scene::names::is_unprintable;
 use std::borrow::Cow;

@@ -1,4 +1,4 @@
-//! Ctrl-C, and what a system sends to end a program.
+//! Ctrl-C, and the signals by which a system ends a program.
 
 use super::out::say;
 use crate::stop::Stop;

@@ -1,4 +1,4 @@
-//! What is said to a user, and what is printed for whoever asked.
+//! What is said to the user (standard error), and what is printed as a result (standard output).
 
 use super::escape;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Where a picture goes: the ending decides the format, and nothing that is read or of another program is replaced.
+//! Where a picture goes. The ending decides the format; files that are read, or are another program's, are not replaced.
 
 use super::out::say;
 use crate::error::{Error, Result};

@@ -1,7 +1,7 @@
 //! Keeps a render to the time that was asked for.
 //!
-//! Passes are whole: what is cut off by the clock is dropped, and what decides is the time alone, never what a pass shows, so
-//! that the mean over passes stays unbiased.
+//! Passes are whole: one that the clock cuts off is dropped. Only time decides, never what a pass shows, so the mean over
+//! passes stays unbiased.
 
 use crate::render::Render;
 use std::time::{Duration, Instant};

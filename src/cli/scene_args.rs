@@ -1,4 +1,4 @@
-//! What every command that takes a scene takes.
+//! The arguments of every command that takes a scene.
 
 use super::settings_args::whole;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! What every command that renders, or says what rendering would take, asks about the render.
+//! The settings of every command that renders, or that says what rendering would take.
 
 use crate::error::{Error, Result};
 use crate::film::Layer;

@@ -1,4 +1,4 @@
-//! Writing the picture of a render, in patience: a full disk ends no render, and the last picture waits for room.
+//! Writes the picture of a render, patiently: a full disk ends no render, and the last picture waits for space.
 
 use super::out::say;
 use super::output::PictureFiles;

@@ -1,4 +1,4 @@
-//! Error against run time: methods, budgets and seeds side by side, and the reference that they are measured against.
+//! Error against run time: methods, budgets and seeds side by side, and the reference they are measured against.
 
 mod maker;
 mod race;

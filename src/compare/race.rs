@@ -1,7 +1,7 @@
 //! Several methods and seeds on one scene, side by side, timed as a user would time them.
 //!
-//! Whichever run has used the least time renders the next pass, so that all advance together and what disturbs the
-//! machine hits all alike.
+//! The run that has used the least time renders the next pass. So all of them advance together, and whatever disturbs the
+//! machine affects all of them alike.
 
 use crate::error::Result;
 use crate::film::Layer;

@@ -1,10 +1,10 @@
 //! The picture that others are measured against, with what is known about its own error.
 //!
-//! A reference is a long render by a method of its own seed. Its noise is the spread of its passes; what it adds to
-//! errors measured against it is known in the mean, and taken off. Where photons
-//! make it, the finite radius adds a bias: in every fourth pass the same photons are gathered with twice the radius
-//! too, and the mean difference D bounds the bias, because a bias that grows at least in proportion to the radius
-//! is no larger than what doubling the radius adds to it.
+//! A reference is a long render by one method, with a seed of its own. Its noise is the spread of its passes; what that
+//! adds to errors measured against it is known in the mean, and is subtracted. Where photons make the reference, the finite
+//! radius adds a bias. In every fourth pass the same photons are also gathered with twice the radius, and the mean
+//! difference D bounds the bias: a bias that grows at least in proportion to the radius is no larger than what doubling the
+//! radius adds to it.
 
 use crate::error::{Error, Result};
 use crate::film::{Layer, Value, read_exr};

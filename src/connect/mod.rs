@@ -1,6 +1,6 @@
 //! Direct light by connection: from a camera hit to a point on a luminaire.
 //!
-//! Where nothing hides a uniformly bright triangle its irradiance has a closed form, which [`Connections::unhidden`] sums.
+//! Where nothing hides a uniformly bright triangle, its irradiance has a closed form, which [`Connections::unhidden`] sums.
 
 mod polygon;
 

@@ -1,7 +1,7 @@
 //! The irradiance of a uniformly bright triangle or quadrilateral that nothing hides: Lambert's closed form.
 //!
-//! E / L = ½ Σ γᵢ (n · mᵢ) over the edges of what of the polygon lies above the horizon, where γᵢ is the angle that
-//! edge i subtends and mᵢ the unit normal of the plane through it and the eye (J. H. Lambert 1760; J. Arvo 1995,
+//! E / L = ½ Σ γᵢ (n · mᵢ) over the edges of the part of the polygon above the horizon, where γᵢ is the angle that edge i
+//! subtends and mᵢ the unit normal of the plane through it and the eye (J. H. Lambert 1760; J. Arvo 1995,
 //! *Analytic methods for simulated light transport*, eq. 4.14).
 
 use crate::optics::Normals;

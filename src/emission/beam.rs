@@ -1,9 +1,9 @@
-//! How far the paths around one have spread where it ends: photon differentials (Igehy 1999, *Tracing ray differentials*; Schjøth et
-//! al. 2007, *Photon differentials*).
+//! How far neighbouring paths have spread where a path ends: photon differentials (Igehy 1999, *Tracing ray differentials*;
+//! Schjøth et al. 2007, *Photon differentials*).
 //!
-//! Light that a lens gathers is dense and sharply drawn; light that a ball scatters about the room is faint and smooth. One gather
-//! radius blurs the first or leaves the second noisy. The beam of a path tells which it is from the path alone, so that photons can
-//! be told apart without looking at others.
+//! Light that a lens focuses is dense and sharp; light that a ball scatters about the room is faint and smooth. A single
+//! gather radius blurs the first or leaves the second noisy. The beam of a path tells the two apart from the path alone,
+//! without looking at other photons.
 
 use crate::optics::{Lobe, Normals};
 use glam::Vec3;

@@ -1,8 +1,9 @@
-//! Where on the luminaires do caustics begin? Learned from a few paths, then more paths start there, each with less power.
+//! Where on the luminaires do caustics begin? This is learned from a few paths; then more paths start there, each with less
+//! power.
 //!
-//! The five numbers that start a path fill a unit cube; a grid over three of them (which luminaire, and the two that decide
-//! whether glass is in the way) holds a density. It is bounded from below, so that nothing is missed: a guide that is
-//! wrong costs noise, not truth. The map from even to guided numbers goes axis by axis, which keeps them stratified.
+//! The five numbers that start a path fill a unit cube. A grid over three of them (which luminaire, and the two that decide
+//! whether glass is in the way) holds a density. It is bounded from below, so that nothing is missed: a wrong guide costs
+//! noise, not bias. The map from uniform to guided numbers goes axis by axis, which keeps them stratified.
 
 use super::{EMISSION_DIMENSIONS, Emitted, Emitters};
 use crate::light::Power;

@@ -1,4 +1,5 @@
-//! From a luminaire to the start of a photon path.
+//! How photon paths start: which luminaire, where on it, in which direction, with what power. [`Beam`] follows how paths
+//! spread, [`Guide`] starts more of them where caustics begin.
 
 mod beam;
 mod guide;

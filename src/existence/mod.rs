@@ -1,4 +1,6 @@
-//! Does the image exist? Its series of reflections converges iff the multiplication factor is below one.
+//! Does the image exist? The series of reflections converges if the multiplication factor k is below one.
+//!
+//! [`Existence::of`] reads the matrices first; only where they leave it open is k measured.
 
 mod arrivals;
 mod chain;

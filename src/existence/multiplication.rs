@@ -1,16 +1,16 @@
 //! The multiplication factor k: how much power is reflected next for each watt that is reflected now, in the long run.
 //!
-//! It is the dominant eigenvalue of the reflection operator, as k_eff of a reactor is of fission (Lux, Koblinger 1991,
-//! §5): the series of reflections converges iff k < 1. Measured by generations of photons. A generation is all light
-//! that was just reflected; every photon of it follows its straight line through all surfaces, what each of them
-//! reflects is the next generation, and that is resampled to a fixed number of photons.
+//! It is the dominant eigenvalue of the reflection operator, as k_eff of a reactor is that of fission (Lux, Koblinger 1991,
+//! §5): the series of reflections converges if k < 1. It is measured by generations of photons. A generation is all light
+//! that was just reflected. Each of its photons follows its straight line through all surfaces; what they reflect is the
+//! next generation, which is resampled to a fixed number of photons.
 //!
-//! k is the geometric mean of the ratios of power over the active generations: where light goes to and fro between two
-//! surfaces, single ratios alternate for ever and only their product settles. The photon number N biases k by
-//! O(1/N). It is k of the light that luminaires send: a shut room that no light gets into has no say. Half of the first
-//! generation leaves luminaires, half the places where light was seen to arrive, each alike however dark, so that modes
-//! which luminaires hardly feed are found; what a mode below the largest leaves behind falls as (k₂/k)ⁿ, so after the
-//! inactive generations and half of the active ones k is low by no more than its share × 1 / (e n).
+//! k is the geometric mean of the ratios of power over the active generations: where light goes back and forth between two
+//! surfaces, single ratios alternate for ever, and only their product settles. The number of photons N biases k by O(1/N).
+//! It is the k of light that luminaires send: a closed room that no light gets into does not count. Half of the first
+//! generation leaves luminaires, half leaves places where light was seen to arrive, chosen alike however dark they are, so
+//! that modes which luminaires hardly feed are found. What a mode below the largest leaves behind falls as (k₂/k)ⁿ. So
+//! after the inactive generations and half of the active ones, k is low by no more than that mode's share × 1 / (e n).
 
 use super::arrivals::{LOOK_AROUND, Places, channels_that_matter};
 use super::chain::Chain;

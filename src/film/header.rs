@@ -1,4 +1,4 @@
-//! What is said about a picture beside its pixels.
+//! Facts about a picture, stored beside its pixels.
 
 /// A fact about a picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! The layers a render can have, and what they are called.
+//! The layers that a render can have, and their names.
 
 use crate::error::{Error, Result};
 use std::fmt;

@@ -1,7 +1,7 @@
 //! The film: sums over passes, their mean and standard error, layers; EXR and PNG.
 //!
-//! Passes are added in order and sums are f64, so a picture does not depend on the number of threads. Every file
-//! is written beside its target and renamed over it: a killed render leaves the last good file.
+//! Passes are added in order and sums are f64, so a picture does not depend on the number of threads. Every file is written
+//! beside its target and renamed over it: a killed render leaves the last good file.
 
 pub mod header;
 mod identity;

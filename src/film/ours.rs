@@ -1,4 +1,4 @@
-//! Who wrote a file: what another program wrote is not replaced unasked.
+//! Who wrote a file: files of other programs are not replaced unless asked for.
 
 use std::fs::File;
 use std::io::{self, Read};

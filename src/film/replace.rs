@@ -1,6 +1,6 @@
-//! Writing a file so that the last good one survives anything.
+//! Writes a file so that the last good one survives anything.
 //!
-//! The temporary file is locked while it is written, so that the next run can tell what a killed one left behind.
+//! The temporary file is locked while it is written, so that the next run can recognise what a killed one left behind.
 
 use crate::error::{Error, Result};
 use std::fs::{self, File, Metadata, Permissions, TryLockError};

@@ -1,7 +1,7 @@
-//! Where a camera ray goes on from delta lobes: not into one branch by chance but, while they matter, into all.
+//! Where a camera ray goes on from delta lobes: not into one branch chosen at random but, while they matter, into all.
 //!
-//! A glass surface both reflects and refracts. A camera path that tosses a coin shows one of two different pictures in
-//! each pixel and pass; following both costs a line more and leaves that noise out.
+//! A glass surface both reflects and refracts. A camera path that tosses a coin shows one of two different pictures in each
+//! pixel and pass; following both costs one more line and removes that noise.
 
 use crate::light::Row;
 use crate::optics::{Bsdf, Sample, Term, Transport};

@@ -1,15 +1,16 @@
 //! Direct light at a camera hit: what is known of it, and how many connections find out the rest.
 //!
-//! Where nothing hides a luminaire its irradiance has a closed form ([`Connections::unhidden`]), and connections need only find what
-//! is hidden: a pixel shows α C + mean(V − α U), where C is the closed form and V and U are what a connection brings with and
-//! without what is in its way. Any α is right in the mean. It is the share that is seen where the pixels around agree about
-//! that, which leaves no noise in full light, in full shadow and behind matter that lets a part of all light through; in half
-//! shadow it is zero, so that nothing is taken off that might not be there. Still a pixel of one pass may fall below zero: where
-//! half a shadow begins, and all around see the whole lamp but the pixel does not, α C − α U has no sign. The mean needs it.
+//! Where nothing hides a luminaire its irradiance has a closed form ([`Connections::unhidden`]), and connections need only
+//! find what is hidden. A pixel shows α C + mean(V − α U), where C is the closed form, and V and U are what a connection
+//! brings with and without what is in its way. Any α is right in the mean. Where the pixels around agree about the share of
+//! the luminaire that is seen, α is that share, which leaves no noise in full light, in full shadow and behind matter that
+//! lets a fixed part of all light through. In a penumbra α is zero, so that nothing is subtracted that might not be there. A
+//! pixel of one pass may still fall below zero: at the outer edge of a penumbra, where all pixels around see the whole lamp
+//! but this one does not, α C − α U has no sign. The mean needs it.
 //!
-//! In a penumbra a single connection is all or nothing. A tile is therefore gathered in two goes: every hit makes one connection;
-//! then those of the *other* pixels around it say what α is, and how many connections its pixel deserves. As neither
-//! depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
+//! In a penumbra a single connection is all or nothing. So a tile is gathered in two steps. First every hit makes one
+//! connection. Then those of the *other* pixels around it determine α and how many connections its pixel deserves. As
+//! neither depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
 use super::Pixel;
 use super::plain::Plain;

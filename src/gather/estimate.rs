@@ -1,4 +1,4 @@
-//! Density estimation: a photon map for each class of paths and gather radius.
+//! Density estimation: one photon map for each class of paths and each gather radius.
 
 use crate::light::Power;
 use crate::photon::{Orders, PathClass, Photons};

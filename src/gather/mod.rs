@@ -1,9 +1,10 @@
-//! Camera hits + map → image: the final pass.
+//! Camera hits + maps → image: the final gather.
 //!
-//! A camera ray carries rows (one for each picture that is made: the visible one, and the invisible one on request)
-//! and multiplies matrices onto them from the right. It goes straight on where the row does, is passed on by delta
-//! lobes, and ends at finite lobes: there direct light is connected and all other light is read from the maps. [`Walk`] is
-//! that walk, for whoever wants to know what it finds: a [`Tally`].
+//! A camera ray carries rows (one for each picture that is made: the visible one, and the invisible one on request) and
+//! multiplies matrices onto them from the right. It goes straight on where the row does, is passed on by delta lobes, and
+//! ends at finite lobes. There direct light is connected, and all other light is read from the maps. `Walk` is that walk,
+//! for whoever wants to know what it finds: a `Tally`. That of a picture adds up what pixels show; that of the atlas keeps
+//! light apart by its powers of s and t.
 
 mod branches;
 mod direct;

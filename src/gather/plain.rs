@@ -1,4 +1,4 @@
-//! The tally of a picture: what each pixel shows, by class of light path.
+//! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
 use super::direct::{Begun, Open};
 use super::{Here, Maps, Nearby, Pixel, Tally};

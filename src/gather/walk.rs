@@ -1,4 +1,4 @@
-//! The one walk of a camera path, and what is told of what it finds.
+//! The one camera walker, and the [`Tally`] that is told what it finds.
 
 use super::Pixel;
 use super::branches::{Parent, Surface, branches};

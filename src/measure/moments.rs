@@ -1,4 +1,4 @@
-//! Mean and spread of every pixel over passes, which can be taken up again from a file.
+//! Mean and spread of every pixel over passes, which can be saved and continued.
 
 use glam::{DVec3, Vec3};
 

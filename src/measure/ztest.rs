@@ -1,4 +1,4 @@
-//! Do two pictures agree? Tests that accept what differs by noise alone and reject what does not.
+//! Do two pictures agree? Tests that accept differences due to noise alone, and reject all others.
 
 use crate::film::{Film, Image, Layer};
 use crate::measure::distributions::{

@@ -1,13 +1,13 @@
 //! Matter: scalar lobes, one file each, and [`Bsdf`], the sum of coefficient matrix × lobe.
 //!
-//! Every direction is a unit vector that points *away* from the surface. `from` is where the walk came from and
-//! `to` where it goes on; shooting walks from the luminaire (`from` is the field's wi), gathering from the
-//! camera (`from` is wo). Lobe values are BSDFs in sr⁻¹ without the cosine.
+//! Every direction is a unit vector that points *away* from the surface. `from` is where the walk came from and `to` where
+//! it goes on; shooting walks from the luminaire (`from` is the field's wi), gathering from the camera (`from` is wo). Lobe
+//! values are BSDFs in sr⁻¹ without the cosine.
 //!
-//! Shading normals decide cosines and directions, geometric normals sides. Where the two disagree no light is lost:
-//! gathering, every lobe passes on exactly what its albedo says, for all directions it can be seen from; shooting is
-//! the exact adjoint of that. As with all shading normals what is shot may then be more or less than arrived for single
-//! directions, but no factor of multiplication exceeds the largest albedo.
+//! Shading normals decide cosines and directions, geometric normals sides. Where the two disagree no light is lost: in
+//! gathering, every lobe passes on exactly what its albedo says, for all directions from which it can be seen; shooting is
+//! the exact adjoint of that. As always with shading normals, what is shot may then be more or less than what arrived for
+//! single directions, but no multiplication factor exceeds the largest albedo.
 
 mod bsdf;
 mod dielectric;

@@ -1,14 +1,15 @@
 //! What delta lobes have in common: light goes on in a few single directions, and somewhere it has to go.
 //!
-//! A gathering walk is turned about the shading normal. Where that would lead it to the wrong side of the real surface,
-//! as on facets that are seen askew, it is turned about the geometric normal instead: what is not absorbed goes on,
-//! so that in a room that glows alike clear glass is not seen whatever its normals are. Total reflection by the shading
-//! normal counts only where light meets that more squarely than the surface; otherwise, walks would be locked in for ever.
+//! A gathering walk is reflected or refracted about the shading normal. Where that would lead it to the wrong side of the
+//! real surface, as on facets seen at a grazing angle, the geometric normal is used instead. What is not absorbed goes on, so
+//! that in a room that glows uniformly clear glass is invisible, whatever its normals are. Total reflection by the shading
+//! normal counts only where light meets the shading normal at a smaller angle than the geometric one; otherwise walks would
+//! be trapped for ever.
 //!
-//! Light that is shot takes the same ways backwards. Four ways can have led a gathering walk to where light comes from, by
-//! reflection or through, about either normal; those that do, in proportion to what they carry, are the branches.
-//! (Veach 1997, §5.3, for a lobe that is one about its shading normal alone.) The sum over all light is that of
-//! gathering; for light from one direction it may be above or below what arrived, as with all shading normals.
+//! Light that is shot takes the same ways backwards. Four ways can have led a gathering walk to where the light comes from:
+//! by reflection or through, about either normal. Those that do, in proportion to what they carry, are the branches.
+//! (Veach 1997, §5.3, for a lobe that is one about its shading normal alone.) The sum over all light is that of gathering;
+//! for light from one direction it may be above or below what arrived, as always with shading normals.
 
 use super::{Normals, Pdf, Sample, Transport};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! The power that arrives on surfaces, gathered: what an account of shot photons can be held against.
+//! The power that arrives on surfaces, gathered: an account that shot photons can be checked against.
 
 use super::luminaires::Luminaires;
 use super::numbers::Samples;

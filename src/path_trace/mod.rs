@@ -1,10 +1,10 @@
-//! The gathering path tracer: what the shooting method is measured against, and shares no estimator with.
+//! The gathering path tracer: the opponent that shooting is measured against. They share no estimator.
 //!
 //! A walk starts at the camera with the row `[0 1]` (paper eq. 8) and multiplies matrices **from the right**. At each
 //! surface along a line the row reads what the surface radiates, a scattered branch may be born with
 //! `row * coefficient * lobe`, and the line itself goes on with `row * straight` until the row reads nothing more.
 //! [`Strength::Plain`] is the paper's Monte Carlo path tracer with Russian roulette (§3); [`Strength::NextEvent`] adds
-//! a connection to a luminaire at every scattering, weighed against the chance of finding it (Veach 1997, §9.2).
+//! a connection to a luminaire at every scattering, weighted against the chance of finding it (Veach 1997, §9.2).
 
 mod arrival;
 mod luminaires;
@@ -79,7 +79,7 @@ pub struct Picture {
 
 /// Traces one pass. Passes are independent; equal arguments give equal bits for any number of threads.
 ///
-/// Pixels are boxes. In matter whose series diverges (DESIGN §1, k ≥ 1) the pass still ends, but its numbers mean
+/// Pixels are boxes. In matter whose series diverges (k ≥ 1, docs/architecture.md) the pass still ends, but its numbers mean
 /// nothing unless `max_reflections` is set.
 pub fn trace_pass(scene: &Scene, rays: &Rays, settings: &PathSettings, pass: u32) -> Picture {
     trace_pass_until(scene, rays, settings, pass, &Stop::default())

@@ -1,4 +1,4 @@
-//! Sixteen photons side by side: which of them lie within a disk, and what they bring, without a branch per photon.
+//! Sixteen photons side by side: which of them lie within a disk, and what they bring, without a branch for each photon.
 
 use crate::photon::Photon;
 use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE};

@@ -1,7 +1,7 @@
 //! Photons → kd-tree; how much light arrives near a point?
 //!
-//! The tree halves the photons along the widest axis of their box, so that a whole floor at y = 0 and thousands of photons in one
-//! point are nothing special; it ends in blocks of sixteen, which are looked at together.
+//! The tree halves the photons along the widest axis of their box, so that a whole floor at y = 0, or thousands of photons
+//! in one point, need no special case. It ends in blocks of sixteen, which are examined together.
 
 mod block;
 mod tree;

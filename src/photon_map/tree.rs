@@ -1,4 +1,4 @@
-//! The kd-tree: photons halved along the widest axis until sixteen are left, and eight boxes at a time to find them again.
+//! The kd-tree: photons are halved along the widest axis until sixteen are left, and found again eight boxes at a time.
 
 use super::block::LANES;
 use fearless_simd::prelude::*;

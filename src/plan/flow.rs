@@ -1,7 +1,7 @@
-//! What can reach the camera? The coefficient matrices read like a program, iterated to fixed points.
+//! What can reach the camera? The coefficient matrices are read like a program and iterated to fixed points.
 //!
-//! Geometry is not looked at: light that leaves any surface may arrive at any other. Components of light (half and
-//! colour), not halves alone: a red mirror sends on nothing of a green lamp.
+//! Geometry is not looked at: light that leaves any surface may arrive at any other. Components of light (half and colour)
+//! are followed, not halves alone: a red mirror passes on nothing of a green lamp.
 
 use super::components::{Components, fixed_point};
 use crate::optics::{Bsdf, Term};

@@ -1,4 +1,4 @@
-//! How a pass of a plan is rendered: what pilots learn, and what may differ from pass to pass or from film to film.
+//! How passes of a plan are rendered: what pilots learn, and what may differ from pass to pass or from film to film.
 
 use super::{Direct, LEVELS, Method, PhotonPlan, Plan, Settings};
 use crate::stop::Stop;

@@ -1,4 +1,4 @@
-//! How far lines must be looked along: through surfaces, or to the first; for shadows, or not at all.
+//! How far lines must be followed: through surfaces, or to the first; for shadows, or not at all.
 
 use super::flow::{Flow, passes};
 use super::omission::{Omission, Omittable};

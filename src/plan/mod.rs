@@ -1,6 +1,7 @@
-//! Scene + Settings → a smaller scene, what to do in a pass, and what was left out and why that is exact.
+//! Scene + Settings → a smaller scene, what a pass has to do, and what was left out and why that is exact.
 //!
-//! Everything that can be decided once is decided here; kernels below have no mode flags, only smaller data.
+//! Everything that can be decided once is decided here. Kernels have no mode flags, only smaller data. A [`Plan`] is not
+//! changed once it is made; what pilots learn, and what may vary from pass to pass, is a [`Frame`].
 
 mod components;
 mod describe;

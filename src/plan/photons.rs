@@ -1,4 +1,4 @@
-//! Which photons are shot, what of them is carried, and where they are kept.
+//! Which photons are shot, what of their light is carried, and where they are kept.
 
 use super::flow::Flow;
 use super::omission::{Omission, Omittable};

@@ -1,10 +1,9 @@
 //! Does the line cross the triangle? Decided without error, so that neighbours agree.
 //!
 //! Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection", with f64 in place of f32: corners are moved
-//! into ray space (a function of ray and corner alone), and edge functions of those are decided exactly. A line
-//! that meets an edge or a corner is, symbolically, moved by (ε, ε²) in the projection plane (Edelsbrunner,
-//! Mücke 1990): it then crosses exactly one triangle of a fan, as in a rasteriser's fill rule, whichever way the
-//! triangles are wound.
+//! into ray space (a function of ray and corner alone), and their edge functions are decided exactly. A line that meets an
+//! edge or a corner is, symbolically, moved by (ε, ε²) in the projection plane (Edelsbrunner, Mücke 1990). It then crosses
+//! exactly one triangle of a fan, as with a rasteriser's fill rule, whichever way the triangles are wound.
 
 use super::line::Line;
 use glam::{DVec3, Vec3};

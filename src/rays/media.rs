@@ -1,16 +1,16 @@
 //! What lies on the two sides of a face of glass, where solids of glass lie in, on or across one another.
 //!
-//! Which medium fills a place depends on the place alone, not on the way that light came there, so that paths may be
-//! walked in both directions: of all solids that contain the place, the smallest; of none, air. What lies within a
-//! solid displaces it. (Schmidt, Budge 2002, "Simple nested dielectrics in ray traced images", let users order solids
-//! by priorities; here size does.) A closed surface whose front looks in is a bubble of air.
+//! Which medium fills a place depends on the place alone, not on the way by which light came there, so that paths may be
+//! walked in both directions. Of all solids that contain the place, the smallest fills it; if there is none, air does. A
+//! solid displaces what surrounds it. (Schmidt, Budge 2002, "Simple nested dielectrics in ray traced images", let users order
+//! solids by priorities; here size does.) A closed surface whose front faces inward is a bubble of air.
 //!
-//! The tint of a medium acts where light enters its place and where it leaves it, whichever face lies there: a liquid that
-//! reaches into the wall of its glass begins, by its matter, at the inner face of the wall.
+//! The tint of a medium acts where light enters its place and where it leaves it, whichever face lies there. For a liquid
+//! that reaches into the wall of its glass, that is the inner face of the wall.
 //!
-//! Light carries no list of solids: a face asks which ones contain the places just off its two sides, by counting
-//! the faces from there to infinity. Faces that coincide lie between the same two places, so that whichever is met first
-//! acts as the one interface between the two inner media, and light starts behind both.
+//! Light carries no list of solids. A face asks which of them contain the places just off its two sides, by counting the
+//! faces from there to infinity. Faces that coincide lie between the same two places, so whichever is met first acts as the
+//! one interface between the two media, and light starts behind both.
 
 use super::touching::{Bounds, touching};
 use super::{Hit, Ray, Rays, Tree};

@@ -1,9 +1,9 @@
 //! Rays against the scene: closest hit, all hits in order, transmittance.
 //!
-//! obvhs builds the tree. It is walked here, eight boxes or triangles at a time, because its own walk and triangle
-//! tests leak at edges. A line that meets an edge or a corner shared by triangles crosses exactly one of them;
-//! triangles without area are never hit, others from both sides. There is no distance in world units: scenes may be
-//! as small or large as f32 allows, and a hit is a hit if its t, computed in f64, is > 0.
+//! obvhs builds the tree. It is traversed here, eight boxes or triangles at a time, because obvhs' own traversal and
+//! triangle tests leak at edges. A line that meets an edge or a corner shared by triangles crosses exactly one of them;
+//! triangles without area are never hit, others from both sides. There is no distance in world units: scenes may be as small
+//! or as large as f32 allows, and a crossing is a hit if its t, computed in f64, is > 0.
 
 mod build;
 mod exact;

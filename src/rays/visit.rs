@@ -1,4 +1,4 @@
-//! What each query does with the crossings that the walk shows it.
+//! What each query does with the crossings that the traversal shows it.
 
 use super::walk::Visit;
 use super::{BLOCKER, Hit, UNSEEN};

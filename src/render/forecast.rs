@@ -1,7 +1,7 @@
-//! What a render will take, and what each omission saves: a small pass on a clock.
+//! What a render will take, and what each omission saves: a small pass, timed.
 //!
-//! Times are processor time over all threads: what else the machine is doing hardly matters to them. Nothing that decides
-//! a picture comes from here.
+//! Times are processor time over all threads, so that other work on the machine hardly matters. Nothing that decides a picture
+//! comes from here.
 
 use crate::existence::Existence;
 use crate::film::Layer;

@@ -1,4 +1,4 @@
-//! A render: one plan, what pilots learn about it, passes that are independent of each other, one film.
+//! A render: one plan, the frame that pilots learn, passes that are independent of each other, one film.
 
 mod forecast;
 

@@ -1,4 +1,4 @@
-//! What a comparison found, as files hold it.
+//! The results of a comparison, as files hold them.
 
 use crate::compare::OwnError;
 use crate::measure::Metrics;

@@ -1,4 +1,4 @@
-//! Medians, slopes, ratios, and how sure they are.
+//! Medians, slopes, ratios, and how certain they are.
 
 use super::data::Interval;
 use crate::sampling::{Rng, Stream};

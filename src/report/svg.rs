@@ -1,4 +1,4 @@
-//! Curves of relMSE over time, log-log, as SVG that is legible on light and dark ground.
+//! Curves of relMSE over time, log-log, as SVG that is legible on a light or dark background.
 
 use super::data::{Comparison, Curve, Interval, SceneReport};
 use std::fmt::Write;

@@ -1,5 +1,5 @@
-//! Randomness as a function of (seed, stream, pass, path, dimension), never of a thread, and the warps that turn
-//! it into directions and points.
+//! Randomness as a function of (seed, stream, pass, path, dimension), never of a thread, and the warps that turn it into
+//! directions and points.
 
 mod rng;
 mod sobol;

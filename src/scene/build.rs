@@ -1,4 +1,4 @@
-//! The only builder of scenes: for users of the library, for the glTF loader, for what is built in.
+//! The only builder of scenes: for users of the library, for the glTF loader, for the built-in scenes.
 
 use super::assembly::{Assembly, assemble};
 use super::centre::Eye;

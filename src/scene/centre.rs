@@ -1,4 +1,4 @@
-//! Where a scene's zero is to lie, so that f32 suffices where someone looks.
+//! Where the origin of a scene is placed, so that f32 suffices where someone looks.
 
 use super::{Camera, Projection, Shape};
 use glam::DVec3;

@@ -1,5 +1,5 @@
-//! A hash of what decides the picture, field by field: the same on every machine and with every compiler. Every struct is taken
-//! apart in full, so that a field that is new must be given a place here.
+//! A hash of everything that decides the picture, field by field: the same on every machine and with every compiler. Every
+//! struct is taken apart in full, so that a new field must be given a place here.
 
 use super::material::Follows;
 use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};

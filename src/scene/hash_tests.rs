@@ -1,4 +1,4 @@
-//! The hash is fixed, and what decides the picture changes it.
+//! The hash is fixed, and everything that decides the picture changes it.
 
 use super::hash::Fnv;
 use super::*;

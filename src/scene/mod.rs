@@ -31,8 +31,8 @@
 //! # }
 //! ```
 //!
-//! Everything refers by index. Positions are f32 relative to [`Scene::origin`], so that a scene far from the
-//! world's origin loses nothing.
+//! Everything refers by index. Positions are f32 relative to [`Scene::origin`], so that a scene far from the world's
+//! origin loses no precision.
 
 mod assembly;
 mod build;

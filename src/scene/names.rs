@@ -1,4 +1,4 @@
-//! Names from files, as messages can hold them.
+//! Names from files, made safe for messages.
 
 /// Longer names are cut.
 const LONGEST: usize = 200;

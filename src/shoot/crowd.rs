@@ -1,8 +1,8 @@
 //! How many lines one path may have, and how many photons one task may keep: bounds that cost no bias.
 //!
-//! Photons are kept alike in power by roulette against what generations of light become in the long run; that is
-//! measured, and may be measured wrongly. A path that multiplies all the same, or is reflected without end, is thinned
-//! here. Every decision depends on the past only and is paid for by power.
+//! Roulette keeps photons alike in power, by comparing them with what generations of light become in the long run. That is
+//! measured, and the measurement may be wrong. A path that multiplies all the same, or is reflected without end, is thinned
+//! here. Every decision depends on the past alone and is compensated in power.
 
 use crate::plan::PhotonPlan;
 

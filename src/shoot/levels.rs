@@ -1,4 +1,4 @@
-//! Which gather radius fits a caustic photon: that of a disk to which its beam brings enough of its like.
+//! Which gather radius fits a caustic photon: the one whose disk holds enough photons of its beam.
 
 use crate::plan::{Frame, LEVELS, Plan};
 use crate::scene::View;

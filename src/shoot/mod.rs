@@ -1,4 +1,5 @@
-//! Luminaires → photons: the light-shooting half of the method.
+//! Luminaires → photons: light shooting. Each line is one ordered query for all its hits; at each, light is deposited, reflected
+//! by chance, and sent straight on.
 
 mod crowd;
 mod lessons;

@@ -1,4 +1,4 @@
-//! Triangles that coincide, that are slivers, that are hit exactly where they meet.
+//! Triangles that coincide, that are slivers, or that are hit exactly where they meet.
 
 use super::build::{Build, diffuse, film, look, mean_is};
 use super::{Case, Check, Effort, Run};

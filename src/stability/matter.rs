@@ -1,4 +1,4 @@
-//! Matter that reflects nothing, nearly nothing, everything; matrices with entries 0, tiny and above one.
+//! Matter that reflects nothing, nearly nothing, or everything; matrices with entries that are zero, tiny or above one.
 
 use super::build::{Build, diffuse, film, finite, look, mean_is};
 use super::{Case, Check, Effort, Run};

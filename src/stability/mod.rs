@@ -1,5 +1,5 @@
-//! The stability suite: stiff and extreme cases, each with what is promised, a closed form or a clear error, and how
-//! far what we got is from it. `halflight check` prints it as a table; the physics tests run the same functions.
+//! The stability suite: stiff and extreme cases, each with what is promised, a closed form or a clear error, and how far our
+//! result is from it. `halflight check` prints it as a table; the physics tests run the same functions.
 
 mod build;
 mod counts;

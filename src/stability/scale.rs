@@ -1,4 +1,4 @@
-//! Scenes that are tiny, huge, far away.
+//! Scenes that are tiny, huge, or far away.
 
 use super::build::{Build, diffuse, film, look, rendered};
 use super::{Case, Check, Effort, Run};

@@ -1,4 +1,4 @@
-//! The checks that any scene of a user's can be put to.
+//! The checks that any scene of a user can be put through.
 
 use super::{Check, Outcome};
 use crate::error::Result;

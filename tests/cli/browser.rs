@@ -1,4 +1,4 @@
-//! Where a browser is, for tests and benches that open pages.
+//! Finds a browser, for tests and benches that open pages.
 
 use std::path::PathBuf;
 

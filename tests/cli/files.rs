@@ -1,4 +1,4 @@
-//! Where pictures go: what is read is never overwritten, what is not ours not in silence, and nothing hangs.
+//! Where pictures go: files that are read are never overwritten, those of others not silently, and nothing hangs.
 
 use crate::{halflight, said};
 use halflight::film::read_exr;

@@ -1,5 +1,5 @@
-//! The pages of the documentation, as a phone shows them and in both lights. They are made of the same style and script as
-//! pages made now, which tests of the library hold.
+//! The pages of the documentation, as a phone shows them, in light and in dark. They use the same style and script as pages made
+//! now, which tests of the library check.
 
 use crate::browser::chromium;
 use crate::page::open;

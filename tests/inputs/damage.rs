@@ -1,5 +1,5 @@
-//! What must hold for any bytes that are given as a scene or as a picture. Tests run it on damaged files, and so do the
-//! fuzz targets in `fuzz/`.
+//! What must hold for any bytes given as a scene or as a picture. Tests run it on damaged files, and so do the fuzz targets in
+//! `fuzz/`.
 
 use halflight::atlas::Atlas;
 use halflight::error::Error;

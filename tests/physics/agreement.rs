@@ -1,10 +1,10 @@
 //! Shooting and gathering share no estimator; where they agree pixel by pixel, both are right.
 //!
-//! They do share what is known of connections to luminaires, of which the plain path tracer makes none: it finds light by chance
+//! What they do share is how luminaires are connected. The plain path tracer makes no connections: it finds light by chance
 //! and must agree as well. Each method looks at a scene that stands somewhere else, turned and of another size.
 //!
-//! The bias of the finite gather radius is not given slack: it is linear in the first radius to leading order (at
-//! the rims of surfaces; elsewhere quadratic), whatever the schedule, so that 2 L(r/2) − L(r) is free of it.
+//! The bias of the finite gather radius is given no slack: it is linear in the first radius to leading order (at the rims of
+//! surfaces; elsewhere quadratic), whatever the schedule, so that 2 L(r/2) − L(r) is free of it.
 //!
 //! A few scenes are always tested; `HALFLIGHT_LONG=1 cargo test --release --test physics agreement` tests all of them.
 

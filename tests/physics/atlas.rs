@@ -1,7 +1,7 @@
-//! The atlas: pictures mixed from one run are those of renders of their own.
+//! The atlas: pictures mixed from one run are like those of separate renders.
 //!
-//! Runs that are compared have seeds of their own, and as many passes, so that the bias of the gather radius is the
-//! same. Each comparison also shows that it rejects a picture 2 % too bright.
+//! Runs that are compared have different seeds and equally many passes, so that the bias of the gather radius is the same.
+//! Each comparison also shows that it rejects a picture 2 % too bright.
 
 use crate::agreement::{cornell, left_to_the_long_run, mixed};
 use glam::Vec3;

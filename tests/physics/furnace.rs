@@ -1,4 +1,4 @@
-//! Closed rooms whose walls all glow alike: L = E / (1 − ρ) everywhere; and the empty convex room.
+//! Closed rooms whose walls glow uniformly: L = E / (1 − ρ) everywhere; and the empty convex room.
 
 use crate::support::{Build, Measured, diffuse, glow, measure, small};
 use glam::Vec3;

@@ -72,7 +72,7 @@ fn mirrored_floor(surroundings: Illumination, own: Option<Illumination>) -> Scen
 
 #[test]
 fn a_local_surface_in_a_mirror_shows_nothing() {
-    // The mirror's row reads the invisible half, where local surfaces do not reflect: DESIGN "Rows and columns".
+    // The mirror's row reads the invisible half, where local surfaces do not reflect: docs/architecture.md.
     let scene = mirrored_floor(Illumination::LOCAL, None);
     assert_eq!(measure(scene, small(8, 8, 1000), 4).mean, 0.0);
 }

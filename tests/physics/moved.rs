@@ -1,7 +1,7 @@
 //! A scene looks the same wherever it stands, however it is turned, whatever its size.
 //!
-//! What is rounded depends on where zero is and along which axes things lie: tests of agreement look at scenes that stand in a place
-//! of their own, a lamp as often as not in a plane through zero.
+//! Rounding depends on where zero is and along which axes things lie. So tests of agreement look at scenes that stand in places
+//! of their own, with a lamp in a plane through zero as often as not.
 
 use crate::area_light::corner_form_factor;
 use crate::support::{Build, diffuse, glow, look, measure, small};

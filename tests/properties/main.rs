@@ -1,4 +1,4 @@
-//! Properties that hold for all inputs: the algebra of halves, and lobes.
+//! Properties that hold for all inputs (the algebra of halves, lobes) and for the sources (dependencies, constants, imports).
 
 mod algebra;
 mod dependencies;

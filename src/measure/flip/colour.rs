@@ -1,4 +1,4 @@
-//! The two colour spaces of FLIP: that in which the eye blurs, and that in which distances are what is perceived.
+//! The two colour spaces of FLIP: one in which the eye blurs, and one in which distances are perceived differences.
 
 use glam::{Mat3, Vec3};
 

@@ -1,4 +1,4 @@
-//! What the eye makes of a picture from its distance: how it blurs colours, and which edges and points it sees.
+//! What the eye sees of a picture from its distance: how it blurs colours, and which edges and points it notices.
 
 use super::colour::{opponent, perceived};
 use glam::{Vec2, Vec3};

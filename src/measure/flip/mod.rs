@@ -1,9 +1,8 @@
 //! FLIP, the perceived difference of two pictures: 0 where none can be seen, at most 1.
 //!
 //! After P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild 2020: FLIP: a difference
-//! evaluator for alternating images, and P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller 2021: Visualizing
-//! errors in rendered high dynamic range images. Constants are the papers'; tests hold the results to those of NVIDIA's
-//! own tool.
+//! evaluator for alternating images, and P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller 2021: Visualizing errors in
+//! rendered high dynamic range images. Constants are the papers'; tests compare the results with those of NVIDIA's own tool.
 
 mod colour;
 mod filters;

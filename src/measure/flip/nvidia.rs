@@ -1,5 +1,5 @@
-//! FLIP against NVIDIA's own tool, flip-evaluator 1.7: `docs/flip/against_nvidia.py` makes the same pictures and
-//! these numbers anew.
+//! FLIP against NVIDIA's own tool, flip-evaluator 1.7: `docs/flip/against_nvidia.py` makes the same pictures and reproduces
+//! these numbers.
 
 use super::{flip, hdr_flip, srgb_decode};
 use glam::Vec3;

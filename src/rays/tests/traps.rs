@@ -1,4 +1,4 @@
-//! Why obvhs' own walk and triangle test are not used.
+//! Why obvhs' own traversal and triangle test are not used.
 
 use super::*;
 use obvhs::BvhBuildParams;

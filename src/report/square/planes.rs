@@ -1,4 +1,4 @@
-//! Pictures for the page, as PNG: whole numbers with an exponent of the pixel's own.
+//! Pictures for the page, as PNG: whole numbers with one exponent for each pixel.
 
 use glam::Vec3;
 use std::io;

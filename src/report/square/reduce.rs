@@ -1,6 +1,6 @@
 //! A hundred pictures as a few: all pictures of the square lie near a space of few dimensions.
 //!
-//! Principal components of pictures all over the square, each in units of its own mean, with pixels weighted by their
+//! Principal components of pictures all over the square, each divided by its own mean, with pixels weighted by their
 //! brightness. The picture at (s, t) is then Σ c_q(s, t) U_q, and every c_q is again a sum of sⁿ tᵐ.
 
 use crate::atlas::Atlas;

@@ -1,4 +1,4 @@
-//! Accessors to numbers. Everything is checked here against the bytes, because nothing was before.
+//! From accessors to numbers. Everything is checked here against the bytes, because nothing was checked before.
 
 use super::Reason;
 use super::container::Bytes;

@@ -1,4 +1,4 @@
-//! What a scene would take, from its JSON alone: a file of kilobytes can ask for any number of triangles.
+//! How large a scene would be, from its JSON alone: a file of kilobytes can ask for any number of triangles.
 
 use super::Reason;
 use super::accessor::MOST_ZEROS;

@@ -1,4 +1,4 @@
-//! The JSON of a file, made fit for the types of the gltf crate: files are looser than those, and finer than f32.
+//! The JSON of a file, made fit for the types of the gltf crate: files are less strict than those, and more precise than f32.
 
 use super::Reason;
 use super::extensions::check_packing;

@@ -1,5 +1,5 @@
-//! Which glTF extensions are read, and what becomes of the others. One table: whether a file only uses an extension or
-//! requires it, the same is told.
+//! Which glTF extensions are read, and what becomes of the others. One table: whether a file uses an extension or requires it,
+//! the user is told the same.
 
 use super::Reason;
 use serde_json::Value;

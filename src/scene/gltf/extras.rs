@@ -1,4 +1,4 @@
-//! The facts of ours in `extras`. A wrong value of ours is an error; what is not ours is passed over.
+//! Our own facts in `extras`. A wrong value under a key of ours is an error; other keys are passed over.
 
 use super::Reason;
 use super::notes::Notes;

@@ -1,4 +1,4 @@
-//! The files of a scene: its own, and those in its folder that it names. Nothing else is opened.
+//! The files of a scene: its own, and those in its folder that it names. No others are opened.
 
 use super::Reason;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! glTF materials to lobes with shares. What we cannot show yet is told, never silently dropped.
+//! From glTF materials to lobes with shares. What we cannot show yet is reported, never silently dropped.
 
 use super::Reason;
 use super::extensions::{Standing, numeric_extent, standing};

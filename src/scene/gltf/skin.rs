@@ -1,4 +1,4 @@
-//! Skins: where the vertices of a mesh stand when its joints stand where the file puts them.
+//! Skins: where the vertices of a mesh are when its joints are where the file puts them.
 
 use super::Reason;
 use super::accessor::Accessors;

@@ -1,4 +1,4 @@
-//! The numbers of a material, with the mean of each image in the place of the image.
+//! The numbers of a material, with the mean of each image in place of the image.
 
 use super::Reason;
 use super::image::{Images, Mean};
