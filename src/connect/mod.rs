@@ -7,6 +7,7 @@ mod polygon;
 use crate::emission::ALIKE;
 use crate::light::Light;
 use crate::rays::Segment;
+use crate::sampling::Cumulative;
 use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between, warn_falloff};
 use glam::{DVec3, Vec3};
 use polygon::{Facet, Plane};
@@ -30,9 +31,9 @@ pub struct Connections {
     every: Vec<u32>,
     /// What has an irradiance that is known where nothing hides it.
     closed_form: Vec<Facet>,
-    /// Luminaires of which one is chosen, by index, with cumulative probabilities: by power, a share to all alike.
+    /// Luminaires of which one is chosen, by index, and with which probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
-    cumulative: Vec<f64>,
+    choice: Cumulative,
 }
 
 /// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
@@ -51,7 +52,7 @@ pub(crate) fn summed_and_others(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
 impl Connections {
     /// To no luminaire.
     pub fn none() -> Self {
-        Self { every: Vec::new(), closed_form: Vec::new(), one_of: Vec::new(), cumulative: Vec::new() }
+        Self { every: Vec::new(), closed_form: Vec::new(), one_of: Vec::new(), choice: Cumulative::default() }
     }
 
     /// Decides which luminaires are summed and which are chosen from. Those of `closed_form`, by index, have an irradiance that is
@@ -60,7 +61,7 @@ impl Connections {
         let (_, radius) = scene.bounding_sphere();
         let (every, others) = summed_and_others(scene);
         let closed_form = Facet::of(scene, closed_form);
-        let (mut one_of, mut cumulative) = (Vec::new(), Vec::new());
+        let (mut one_of, mut powers) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
         // Where nothing is hidden the closed form is all.
         let hidden = closed_form.is_empty() || !all_is_seen;
@@ -69,17 +70,13 @@ impl Connections {
             if power > 0.0 {
                 sum += power;
                 one_of.push(i);
-                cumulative.push(power);
+                powers.push(power);
             }
         }
         // In proportion to power, a share of all alike: the strongest may be behind a wall.
-        let alike = ALIKE / cumulative.len() as f64;
-        let mut below = 0.0;
-        for c in &mut cumulative {
-            below += (1.0 - ALIKE) * *c / sum + alike;
-            *c = below;
-        }
-        Self { every, closed_form, one_of, cumulative }
+        let alike = ALIKE / powers.len() as f64;
+        let choice = Cumulative::new(powers.into_iter().map(|power| (1.0 - ALIKE) * power / sum + alike));
+        Self { every, closed_form, one_of, choice }
     }
 
     /// Of how many luminaires each sample chooses one; the others are all summed.
@@ -123,10 +120,8 @@ impl Connections {
         if self.one_of.is_empty() {
             return None;
         }
-        let x = f64::from(u[0]);
-        let chosen = self.cumulative.partition_point(|c| *c <= x).min(self.one_of.len() - 1);
-        let below = if chosen == 0 { 0.0 } else { self.cumulative[chosen - 1] };
-        let probability = (self.cumulative[chosen] - below) as f32;
+        let chosen = self.choice.index(f64::from(u[0]));
+        let probability = self.choice.weight(chosen) as f32;
         let luminaire = &scene.luminaires[self.one_of[chosen] as usize];
         let connection = connect(scene, luminaire, point, [u[1], u[2]])?;
         Some(Connection { light: (1.0 / probability) * connection.light, ..connection })

@@ -8,7 +8,7 @@ pub use beam::Beam;
 pub use guide::Guide;
 
 use crate::light::Power;
-use crate::sampling::warp;
+use crate::sampling::{Cumulative, warp};
 use crate::scene::{Luminaire, Scene, warn_falloff};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -59,8 +59,8 @@ pub struct Emitters<'a, P> {
     scene: &'a Scene,
     centre: Vec3,
     radius: f32,
-    /// Cumulative probabilities, the last is 1.
-    cumulative: Vec<f64>,
+    /// By probability.
+    choice: Cumulative,
     /// Probabilities of each and of those that shine beside it: triangles of the same surface.
     together: Vec<f32>,
     marker: std::marker::PhantomData<P>,
@@ -70,34 +70,29 @@ impl<'a, P: Power> Emitters<'a, P> {
     /// None where no luminaire has any power that is carried.
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let (centre, radius) = scene.bounding_sphere();
-        let mut cumulative = Vec::with_capacity(scene.luminaires.len());
         let power = |luminaire: &Luminaire| f64::from(P::of(luminaire.power(radius)).total());
         let sum: f64 = scene.luminaires.iter().map(power).sum();
         if sum == 0.0 {
             return None;
         }
         let lit = scene.luminaires.iter().filter(|luminaire| power(luminaire) > 0.0).count() as f64;
-        let mut below = 0.0;
-        for luminaire in &scene.luminaires {
-            let power = power(luminaire);
-            if power > 0.0 {
-                below += (1.0 - ALIKE) * power / sum + ALIKE / lit;
-            }
-            cumulative.push(below);
-        }
-        let together = together(scene, &cumulative);
-        Some(Self { scene, centre, radius, cumulative, together, marker: std::marker::PhantomData })
+        let probability = |luminaire: &Luminaire| match power(luminaire) {
+            0.0 => 0.0,
+            power => (1.0 - ALIKE) * power / sum + ALIKE / lit,
+        };
+        let choice = Cumulative::new(scene.luminaires.iter().map(probability));
+        let together = together(scene, &choice);
+        Some(Self { scene, centre, radius, choice, together, marker: std::marker::PhantomData })
     }
 
     /// The start of one of `paths` paths, from numbers in [0, 1).
     pub fn emit(&self, paths: u32, u: [f32; EMISSION_DIMENSIONS]) -> Emitted<P> {
         let x = f64::from(u[0]);
-        let index = self.index(x);
-        let below = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
-        let probability = self.cumulative[index] - below;
+        let index = self.choice.index(x);
+        let probability = self.choice.weight(index);
         let luminaire = &self.scene.luminaires[index];
         // The choice of the luminaire leaves a number that is uniform again, and as well stratified: it chooses sides.
-        let rest = ((x - below) / probability) as f32;
+        let rest = ((x - self.choice.below(index)) / probability) as f32;
         let share = (1.0 / (probability * f64::from(paths))) as f32;
         let power = P::of(luminaire.power(self.radius)).scaled(share);
         let (origin, direction, falloff, beam) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
@@ -112,11 +107,7 @@ impl<'a, P: Power> Emitters<'a, P> {
 
     /// The luminaire that `u0` in [0, 1) chooses.
     fn luminaire(&self, u0: f32) -> &Luminaire {
-        &self.scene.luminaires[self.index(f64::from(u0))]
-    }
-
-    fn index(&self, x: f64) -> usize {
-        self.cumulative.partition_point(|c| *c <= x).min(self.cumulative.len() - 1)
+        &self.scene.luminaires[self.choice.index(f64::from(u0))]
     }
 
     fn start(
@@ -170,14 +161,13 @@ impl<'a, P: Power> Emitters<'a, P> {
 }
 
 /// The probability of each luminaire, triangles of one surface taken together.
-fn together(scene: &Scene, cumulative: &[f64]) -> Vec<f32> {
+fn together(scene: &Scene, choice: &Cumulative) -> Vec<f32> {
     let surface = |luminaire: &Luminaire| match *luminaire {
         Luminaire::Triangle { triangle, .. } => Some(scene.mesh.surface[triangle as usize]),
         _ => None,
     };
     let mut of_surface = vec![0.0; scene.surfaces.len()];
-    let mut below = 0.0;
-    let each: Vec<f64> = cumulative.iter().map(|c| c - std::mem::replace(&mut below, *c)).collect();
+    let each: Vec<f64> = (0..choice.len()).map(|i| choice.weight(i)).collect();
     for (luminaire, probability) in scene.luminaires.iter().zip(&each) {
         if let Some(surface) = surface(luminaire) {
             of_surface[surface as usize] += probability;

@@ -51,7 +51,7 @@ const MOST: f64 = 32.0 * FIRST_LOOK;
 const POPULATION: [f64; 3] = [64.0, 256.0, 2048.0];
 /// Near one, generations that count and photons are doubled in turn, up to so many times in all, to tell k from one.
 /// Generations first: those that are discarded are not paid for again.
-const MOST_DOUBLINGS: u32 = 4;
+const MOST_DOUBLINGS: u32 = 5;
 /// By so many standard errors.
 const TOLD_APART: f64 = 6.0;
 /// Measures k; `chain` says which halves go on. Equal arguments give equal bits for any number of threads.

@@ -5,7 +5,7 @@ use super::numbers::Samples;
 use super::reads::Reads;
 use super::walk::{Looker, Scratch, Walk};
 use crate::rays::Rays;
-use crate::sampling::warp;
+use crate::sampling::{Cumulative, warp};
 use crate::scene::Scene;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -29,13 +29,12 @@ const PLACES_PER_TASK: u32 = 64;
 pub fn arriving_power(scene: &Scene, rays: &Rays, seed: u64, pass: u32, places: u32) -> Arrival {
     let luminaires = Luminaires::new(scene);
     let walk = Walk::new(scene, rays, &luminaires, None);
-    let cumulative: Vec<f64> = (0..scene.mesh.triangles.len() as u32)
-        .scan(0.0, |sum, triangle| {
-            *sum += f64::from(scene.mesh.area(triangle));
-            Some(*sum)
-        })
-        .collect();
-    let Some(&area) = cumulative.last() else { return Arrival::default() };
+    let triangles = 0..scene.mesh.triangles.len() as u32;
+    let choice = Cumulative::new(triangles.map(|triangle| f64::from(scene.mesh.area(triangle))));
+    let area = choice.total();
+    if choice.is_empty() {
+        return Arrival::default();
+    }
     let tasks: Vec<Arrival> = (0..places.div_ceil(PLACES_PER_TASK))
         .into_par_iter()
         .map(|task| {
@@ -43,8 +42,7 @@ pub fn arriving_power(scene: &Scene, rays: &Rays, seed: u64, pass: u32, places: 
             let mut sum = Arrival::default();
             let samples = Samples::of_pixel(seed, pass, task, PLACES_PER_TASK);
             for mut numbers in samples.iter() {
-                let at = numbers.fine() * area;
-                let triangle = cumulative.partition_point(|sum| *sum <= at).min(cumulative.len() - 1);
+                let triangle = choice.index(numbers.fine() * area);
                 let [b1, b2] = warp::triangle(numbers.next());
                 let point = scene.mesh.point(triangle as u32, b1, b2, false);
                 let total = |halves: [Vec3; 2]| f64::from((halves[0] + halves[1]).element_sum());

@@ -1,7 +1,7 @@
 use super::numbers::Numbers;
 use crate::light::{Light, Matrix};
 use crate::rays::Segment;
-use crate::sampling::warp;
+use crate::sampling::{Cumulative, warp};
 use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between};
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use glam::Vec3;
 #[derive(Default)]
 pub(super) struct Luminaires {
     /// Running sum of power, W; as long as the scene's list.
-    cumulative: Vec<f64>,
+    choice: Cumulative,
     /// For each triangle of the mesh, the density (m⁻²) with which a connection ends at a point of it.
     pdf_area: Vec<f32>,
 }
@@ -31,14 +31,12 @@ impl Luminaires {
     pub fn new(scene: &Scene) -> Self {
         let (_, radius) = scene.bounding_sphere();
         let visible = reads_visible(scene);
-        let mut total = 0.0;
-        let running = scene.luminaires.iter().map(|luminaire| {
+        let powers = scene.luminaires.iter().map(|luminaire| {
             let power = luminaire.power(radius);
-            total += f64::from(if visible { power.total() } else { power.invisible.element_sum() });
-            total
+            f64::from(if visible { power.total() } else { power.invisible.element_sum() })
         });
-        let mut luminaires =
-            Self { cumulative: running.collect(), pdf_area: vec![0.0; scene.mesh.triangles.len()] };
+        let (choice, pdf_area) = (Cumulative::new(powers), vec![0.0; scene.mesh.triangles.len()]);
+        let mut luminaires = Self { choice, pdf_area };
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
             if let Luminaire::Triangle { triangle, area, .. } = *luminaire {
                 let probability = luminaires.probability(index);
@@ -59,12 +57,10 @@ impl Luminaires {
 
     /// A connection from `at` to a random point of a random luminaire. None: dark from there.
     pub fn connect(&self, scene: &Scene, at: &SurfacePoint, numbers: &mut Numbers<'_>) -> Option<Connection> {
-        let total = *self.cumulative.last()?;
-        let index = if self.cumulative.len() == 1 {
-            0
-        } else {
-            let u = numbers.fine() * total;
-            self.cumulative.partition_point(|running| *running <= u).min(self.cumulative.len() - 1)
+        let index = match self.choice.len() {
+            0 => return None,
+            1 => 0,
+            _ => self.choice.index(numbers.fine() * self.choice.total()),
         };
         let probability = self.probability(index) as f32;
         if probability == 0.0 {
@@ -108,9 +104,8 @@ impl Luminaires {
 
     /// Probability of choosing luminaire `index`.
     fn probability(&self, index: usize) -> f64 {
-        let before = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
-        let total = self.cumulative[self.cumulative.len() - 1];
-        if total > 0.0 { (self.cumulative[index] - before) / total } else { 0.0 }
+        let total = self.choice.total();
+        if total > 0.0 { self.choice.weight(index) / total } else { 0.0 }
     }
 }
 

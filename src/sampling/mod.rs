@@ -1,10 +1,12 @@
 //! Randomness as a function of (seed, stream, pass, path, dimension), never of a thread, and the warps that turn it into
 //! directions and points.
 
+mod cumulative;
 mod rng;
 mod sobol;
 pub mod warp;
 
+pub use cumulative::Cumulative;
 pub use rng::{Rng, Stream, hash};
 pub use sobol::{SOBOL_DIMENSIONS, Sobol};
 
