@@ -1,6 +1,7 @@
 //! The program as a user runs it, at a tiny size.
 
 use serde_json::Value;
+use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -50,12 +51,17 @@ fn figure_1_must_agree(numbers: &Value) {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn the_numbers_of_the_paper_are_reached() {
     let folder = tempfile::tempdir().expect("a folder");
     let (page, numbers) = made(folder.path(), &[]);
     figure_1_must_agree(&numbers);
     if numbers["missing"].as_array().is_some_and(|missing| !missing.is_empty()) {
-        eprintln!("SKIPPED: no OpenGL here, so figure 4 was not compared with it: {}", numbers["missing"]);
+        let _ = writeln!(
+            std::io::stderr(),
+            "SKIPPED: no OpenGL here, so figure 4 was not compared with it: {}",
+            numbers["missing"]
+        );
         return;
     }
     pictures_must_be_there(folder.path(), &page, 16 + 2 + 3 + 3 + 3 + 1 + 12);
@@ -75,6 +81,7 @@ fn the_numbers_of_the_paper_are_reached() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn without_opengl_the_rest_is_made_and_the_page_says_what_brings_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let (page, numbers) = made(folder.path(), &["--no-opengl"]);

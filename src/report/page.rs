@@ -157,7 +157,11 @@ mod tests {
     fn the_pages_of_the_documentation_look_as_pages_made_now() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/error-vs-time");
         if !folder.exists() {
-            eprintln!("SKIPPED: this copy of halflight is without docs/error-vs-time");
+            io::Write::write_all(
+                &mut io::stderr(),
+                b"SKIPPED: this copy of halflight is without docs/error-vs-time\n",
+            )
+            .expect("a log");
             return;
         }
         let mut pages = 0;

@@ -2,6 +2,7 @@
 
 use crate::browser::chromium;
 use crate::page::open;
+use crate::support::skipped;
 use crate::{halflight, said};
 use halflight::film::{Image, read_exr, srgb_encode};
 use std::path::Path;
@@ -74,7 +75,7 @@ fn what_cannot_be_mixed_is_refused_in_one_line() {
 #[test]
 fn the_page_shows_what_mix_makes() {
     let Some(browser) = chromium() else {
-        eprintln!("SKIPPED: no Chromium here, so the square was not opened; install it or set CHROMIUM");
+        skipped("no Chromium here, so the square was not opened; install it or set CHROMIUM");
         return;
     };
     let folder = tempfile::tempdir().expect("a folder");

@@ -2,6 +2,7 @@
 
 #![cfg(unix)]
 
+use crate::support::skipped;
 use crate::{halflight, said};
 use halflight::film::{Value, read_exr};
 use std::fs::File;
@@ -48,7 +49,7 @@ const SMALL: &str = "render builtin:cornell-spheres --size 32x32 --photons 2000 
 fn an_interrupted_render_says_so_writes_the_picture_and_has_the_exit_code_of_the_signal() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         if signal == "-HUP" && hang_up_is_ignored_here() {
-            println!("SKIPPED: a hang-up is ignored by whoever started this test, and so by what it starts");
+            skipped("a hang-up is ignored by whoever started this test, and so by what it starts");
             continue;
         }
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,6 @@
 //! Where pictures go: files that are read are never overwritten, those of others not silently, and nothing hangs.
 
+use crate::support::skipped;
 use crate::{halflight, said};
 use halflight::film::read_exr;
 use std::fs;
@@ -214,9 +215,7 @@ impl Disk {
         mount.args(["-t", "tmpfs", "-o", "size=256k", "tmpfs"]).arg(folder.path());
         let mounted = mount.output().is_ok_and(|output| output.status.success());
         if !mounted {
-            eprintln!(
-                "SKIPPED: a small disk cannot be mounted here, so a full one was not tried; run as root"
-            );
+            skipped("a small disk cannot be mounted here, so a full one was not tried; run as root");
         }
         mounted.then_some(Self(folder))
     }

@@ -1,6 +1,7 @@
 //! The page in a real browser.
 
 use crate::browser::chromium;
+use crate::support::skipped;
 use crate::support::{small_comparison, text};
 use std::path::Path;
 use std::process::Command;
@@ -24,7 +25,7 @@ pub fn open(browser: &Path, page: &Path, at: &str, dark: bool, more: &[&str]) ->
 #[test]
 fn the_page_draws_its_curves_and_pictures_without_errors() {
     let Some(browser) = chromium() else {
-        eprintln!("SKIPPED: no Chromium here, so compare.html was not opened; install it or set CHROMIUM");
+        skipped("no Chromium here, so compare.html was not opened; install it or set CHROMIUM");
         return;
     };
     let folder = tempfile::tempdir().expect("a folder");

@@ -3,6 +3,7 @@
 
 use crate::browser::chromium;
 use crate::page::open;
+use crate::support::skipped;
 use crate::support::text;
 use std::path::{Path, PathBuf};
 
@@ -78,9 +79,7 @@ fn pages() -> Vec<PathBuf> {
 #[test]
 fn pages_fit_a_phone_with_legible_words_in_light_and_dark() {
     let Some(browser) = chromium() else {
-        eprintln!(
-            "SKIPPED: no Chromium here, so the pages of docs/ were not opened; install it or set CHROMIUM"
-        );
+        skipped("no Chromium here, so the pages of docs/ were not opened; install it or set CHROMIUM");
         return;
     };
     let pages = pages();

@@ -43,3 +43,9 @@ pub fn small_comparison(folder: &Path, more: &[&str]) -> Output {
     arguments.extend(more);
     done(&arguments)
 }
+
+/// Says that something was not tested where a person sees it: what tests print is kept back.
+pub fn skipped(why: impl std::fmt::Display) {
+    use std::io::Write;
+    writeln!(std::io::stderr(), "SKIPPED: {why}").expect("a terminal or a log");
+}

@@ -6,10 +6,11 @@
 //! The bias of the finite gather radius is given no slack: it is linear in the first radius to leading order (at the rims of
 //! surfaces; elsewhere quadratic), whatever the schedule, so that 2 L(r/2) − L(r) is free of it.
 //!
-//! A few scenes are always tested; `HALFLIGHT_LONG=1 cargo test --release --test physics agreement` tests all of them.
+//! A few scenes are always tested; `HALFLIGHT_LONG=1 cargo test --release --test physics agreement -- --include-ignored`
+//! tests all of them.
 
 use crate::moved::somewhere;
-use crate::support::{Build, diffuse, glow};
+use crate::support::{Build, diffuse, glow, skipped};
 use glam::Vec3;
 use halflight::film::{Film, Layer};
 use halflight::light::{Light, Matrix};
@@ -28,7 +29,7 @@ const PASSES: u32 = 1200;
 pub fn left_to_the_long_run(name: &str) -> bool {
     let short = std::env::var_os("HALFLIGHT_LONG").is_none();
     if short {
-        println!("SKIPPED: {name}; HALFLIGHT_LONG=1 runs it");
+        skipped(format_args!("{name}; HALFLIGHT_LONG=1 runs it"));
     }
     short
 }
@@ -166,6 +167,7 @@ fn hide_lamps(scene: &mut Scene) {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn at_the_corners_of_the_square() {
     for illumination in
         [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL]
@@ -177,6 +179,7 @@ fn at_the_corners_of_the_square() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn inside_the_square() {
     for (s, t) in [(0.5, 0.25), (0.8, 0.6)] {
         if s > 0.7 && left_to_the_long_run("0.8,0.6") {
@@ -196,6 +199,7 @@ fn when_photons_serve_direct_light_too() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_matrices_of_the_users_own() {
     // Every entry is used: light changes halves to and fro.
     let matter = Matter {
@@ -236,6 +240,7 @@ pub fn mixed(mirror: bool, glass: bool) -> Build {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_mirrors_and_glass() {
     must_agree("mirror and glass", &mixed(true, true).finish(), Direct::Connection);
     if !left_to_the_long_run("mirror alone, glass alone") {
@@ -245,6 +250,7 @@ fn with_mirrors_and_glass() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_facets_that_are_shaded_smooth() {
     // Balls of so few facets that much of what is seen of them is seen askew.
     let mut build = mixed(false, false);

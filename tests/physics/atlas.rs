@@ -59,6 +59,7 @@ fn must_agree_and_tell(atlas: &Atlas, (s, t): (f64, f64), direct: &Render, told:
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn five_by_five_points_are_direct_renders() {
     let scene = cornell(Illumination::GLOBAL);
     let atlas = atlas(&scene, settings(1, 10_000), PASSES);
@@ -71,6 +72,7 @@ fn five_by_five_points_are_direct_renders() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn mirrors_and_glass_count_like_any_other_unless_they_are_set() {
     let follow = mixed(true, true).finish();
     let mut set = follow.clone();

@@ -206,6 +206,7 @@ fn k_of_light_of_one_colour_is_that_of_its_own_walls() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn paths_that_multiply_against_all_expectation_end_and_stay_unbiased() {
     // Light multiplies by 1.2 from one reflection to the next, and roulette is told that it does not.
     let planned = |most: u32| {

@@ -138,6 +138,7 @@ fn local_and_one_bounce_need_no_photons() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn luminaires_with_a_closed_form_are_not_sampled_for() {
     for illumination in [LOCAL, ONE_BOUNCE, GLOBAL, Illumination::Square { s: 0.3, t: 0.6 }] {
         let name = illumination.describe();

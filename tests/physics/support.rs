@@ -130,3 +130,9 @@ impl Measured {
         }
     }
 }
+
+/// Says that something was not tested where a person sees it: what tests print is kept back.
+pub fn skipped(why: impl std::fmt::Display) {
+    use std::io::Write;
+    writeln!(std::io::stderr(), "SKIPPED: {why}").expect("a terminal or a log");
+}

@@ -174,7 +174,11 @@ mod tests {
     fn the_page_of_the_documentation_looks_as_pages_made_now() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/square.html");
         let Ok(page) = std::fs::read_to_string(&path) else {
-            eprintln!("SKIPPED: this copy of halflight is without docs/square.html");
+            io::Write::write_all(
+                &mut io::stderr(),
+                b"SKIPPED: this copy of halflight is without docs/square.html\n",
+            )
+            .expect("a log");
             return;
         };
         let between = |begin: &str, end: &str| {
