@@ -38,14 +38,9 @@ pub fn gather_by_order<P: Power, R: Send, T: Default + Send>(
     let places = Places::new(most, at);
     let place = |orders| places.of(Orders::default(), orders);
     maps.iter_mut().for_each(|maps| maps.weigh(|orders| places.weight(place(orders))));
-    let pack = |tier: &Tier<P>| {
-        let photons = tier.map.photons();
-        let each =
-            |photon: &Photon<P>| PackedPhoton::new(photon.power.light().invisible, place(photon.orders));
-        let ends = photons.par_iter().map(|photon| usize::from(place(photon.orders)) + 1);
-        Packed { photons: photons.par_iter().map(each).collect(), end: ends.max().unwrap_or(0) }
+    let of_pass = |maps: &Maps<'_, P>| -> Vec<Packed> {
+        maps.tiers().iter().map(|tier| packed_by(tier, place)).collect()
     };
-    let of_pass = |maps: &Maps<'_, P>| -> Vec<Packed> { maps.tiers().iter().map(pack).collect() };
     let packed: Vec<_> = maps.iter().map(of_pass).collect();
     let together = (NEAR / places.weights.len()).clamp(ABREAST, TILE_WIDTH) / ABREAST * ABREAST;
     let mut pictures = vec![vec![Pixel::<1>::EMPTY; width * height]; maps.len()];
@@ -96,4 +91,12 @@ pub fn gather_by_order<P: Power, R: Send, T: Default + Send>(
         })
         .collect();
     (pictures.into_iter().map(|pixels| Gathered { pixels }).collect(), totals)
+}
+
+/// The photons of a map as adding them up asks for them.
+fn packed_by<P: Power>(tier: &Tier<P>, place: impl Fn(Orders) -> u16 + Sync) -> Packed {
+    let photons = tier.map.photons();
+    let each = |photon: &Photon<P>| PackedPhoton::new(photon.power.light().invisible, place(photon.orders));
+    let ends = photons.par_iter().map(|photon| usize::from(place(photon.orders)) + 1);
+    Packed { photons: photons.par_iter().map(each).collect(), end: ends.max().unwrap_or(0) }
 }

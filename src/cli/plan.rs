@@ -114,19 +114,6 @@ fn as_json(
             json!({ "k": m.k, "error": m.error, "image_exists": !plan.existence.is_refuted() })
         }
     };
-    let omissions: Vec<Value> = plan
-        .omissions
-        .iter()
-        .enumerate()
-        .map(|(i, omission)| {
-            let saves = savings.map(|all| &all[i]).map(|saving| {
-                json!({
-                    "pass_share": saving.pass, "planning_seconds": saving.planning, "bytes": saving.bytes,
-                })
-            });
-            json!({ "name": omission.name, "reason": omission.reason, "saves": saves })
-        })
-        .collect();
     let techniques: Vec<Value> = frame
         .techniques(plan)
         .iter()
@@ -143,7 +130,7 @@ fn as_json(
         })
     });
     let settings = &plan.settings;
-    let (memory, pass) = (forecast.memory, forecast.pass);
+    let memory = forecast.memory;
     json!({
         "scene": {
             "name": scene.name,
@@ -163,17 +150,37 @@ fn as_json(
         "multiplication_factor": k,
         "photons": photons,
         "techniques": techniques,
-        "omissions": omissions,
+        "omissions": omissions_as_json(plan, savings),
         "memory_bytes": {
             "total": memory.total(), "scene": memory.scene, "index": memory.index, "film": memory.film, "atlas": memory.atlas,
             "photons": memory.photons, "pass": memory.pass, "planning": memory.planning,
             "limit": machine::memory().map(|limit| limit.bytes),
         },
-        "processor_seconds": {
-            "planning": forecast.planning, "pass": pass.total(), "shoot": pass.shoot, "maps": pass.maps,
-            "gather": pass.gather, "threads": rayon::current_num_threads(),
-        },
+        "processor_seconds": seconds_as_json(forecast),
     })
+}
+
+fn seconds_as_json(forecast: &Forecast) -> Value {
+    let pass = forecast.pass;
+    json!({
+        "planning": forecast.planning, "pass": pass.total(), "shoot": pass.shoot, "maps": pass.maps,
+        "gather": pass.gather, "threads": rayon::current_num_threads(),
+    })
+}
+
+fn omissions_as_json(plan: &Plan, savings: Option<&[Saving]>) -> Vec<Value> {
+    plan.omissions
+        .iter()
+        .enumerate()
+        .map(|(i, omission)| {
+            let saves = savings.map(|all| &all[i]).map(|saving| {
+                json!({
+                    "pass_share": saving.pass, "planning_seconds": saving.planning, "bytes": saving.bytes,
+                })
+            });
+            json!({ "name": omission.name, "reason": omission.reason, "saves": saves })
+        })
+        .collect()
 }
 
 fn facts(scene: &Scene) -> String {

@@ -97,7 +97,26 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
     let settings = Settings { atlas: args.atlas, memory: machine::memory(), ..settings };
     let mut render = Render::new(scene, settings, &layers)?;
-    if let Some(warning) = render.plan().existence.warning().filter(|_| !args.atlas) {
+    announce(&render, tell);
+    let mut writer = Writer::new(files, args.exposure, args.quiet);
+    let mut pace = Pace::new(begin, args.time);
+    if let Some(line) = pace.fit(&mut render) {
+        tell(&format_args!("note: {line}"));
+    }
+    let mut progress = Progress::new(args.quiet, &render, &args.limits());
+    let next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
+    let mut under_way = UnderWay { args: &args, begin, interrupt: &interrupt, pace, next_write };
+    under_way.passes(&mut render, &mut progress, &mut writer);
+    progress.finish(&render, begin.elapsed());
+    let written = writer.at_the_end(&render)?;
+    tell(&format_args!("wrote {written}"));
+    args.limits().check(render.error())?;
+    Ok(interrupt.exit_code().map_or(ExitCode::SUCCESS, ExitCode::from))
+}
+
+/// What is said of a render before its first pass.
+fn announce(render: &Render, tell: impl Fn(&dyn Display)) {
+    if let Some(warning) = render.plan().existence.warning().filter(|_| render.atlas_run().is_none()) {
         tell(&format_args!("warning: {warning}"));
     }
     if let Some(atlas) = render.atlas_run() {
@@ -110,50 +129,61 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
             listed(backs.iter().map(String::as_str))
         ));
     }
-    let mut writer = Writer::new(files, args.exposure, args.quiet);
-    let mut pace = Pace::new(begin, args.time);
-    if let Some(line) = pace.fit(&mut render) {
-        tell(&format_args!("note: {line}"));
-    }
-    let mut progress = Progress::new(args.quiet, &render, &args.limits());
-    let mut next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
-    loop {
-        let done = render.film().passes();
-        let left = args.limits().passes.map_or(u32::MAX, |limit| limit.saturating_sub(done));
-        let most = left.min(pace.most(done));
-        if most == 0 {
-            break;
+}
+
+/// A render on its way to one of its limits.
+struct UnderWay<'a> {
+    args: &'a RenderArgs,
+    begin: Instant,
+    interrupt: &'a Interrupt,
+    pace: Pace,
+    /// When the picture is written next, since the beginning.
+    next_write: Duration,
+}
+
+impl UnderWay<'_> {
+    fn tell(&self, line: &dyn Display) {
+        if !self.args.quiet {
+            say(line);
         }
-        render.stop_at(interrupt.stop().at(pace.deadline(done)));
-        let passing = Instant::now();
-        if render.passes(most) == 0 {
-            // The pass under way was dropped.
-            match pace.again(done, &mut render) {
-                Some(line) => tell(&format_args!("note: {line}")),
-                None => break,
+    }
+
+    /// Renders until a limit is reached or the end is wished.
+    fn passes(&mut self, render: &mut Render, progress: &mut Progress, writer: &mut Writer) {
+        let limits = self.args.limits();
+        loop {
+            let done = render.film().passes();
+            let left = limits.passes.map_or(u32::MAX, |limit| limit.saturating_sub(done));
+            let most = left.min(self.pace.most(done));
+            if most == 0 {
+                break;
             }
-            continue;
-        }
-        pace.took(passing.elapsed().as_secs_f64());
-        interrupt.begun();
-        let elapsed = begin.elapsed();
-        let error = render.error();
-        progress.show(&render, elapsed, error);
-        if interrupt.stop().is_wished() || args.limits().reached(render.film().passes(), elapsed, error) {
-            break;
-        }
-        if elapsed >= next_write {
-            writer.on_the_way(&render);
-            // An atlas is a hundred pictures, which take their time to be written.
-            let writing = begin.elapsed() - elapsed;
-            next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
+            render.stop_at(self.interrupt.stop().at(self.pace.deadline(done)));
+            let passing = Instant::now();
+            if render.passes(most) == 0 {
+                // The pass under way was dropped.
+                match self.pace.again(done, render) {
+                    Some(line) => self.tell(&format_args!("note: {line}")),
+                    None => break,
+                }
+                continue;
+            }
+            self.pace.took(passing.elapsed().as_secs_f64());
+            self.interrupt.begun();
+            let elapsed = self.begin.elapsed();
+            let error = render.error();
+            progress.show(render, elapsed, error);
+            if self.interrupt.stop().is_wished() || limits.reached(render.film().passes(), elapsed, error) {
+                break;
+            }
+            if elapsed >= self.next_write {
+                writer.on_the_way(render);
+                // An atlas is a hundred pictures, which take their time to be written.
+                let writing = self.begin.elapsed() - elapsed;
+                self.next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
+            }
         }
     }
-    progress.finish(&render, begin.elapsed());
-    let written = writer.at_the_end(&render)?;
-    tell(&format_args!("wrote {written}"));
-    args.limits().check(render.error())?;
-    Ok(interrupt.exit_code().map_or(ExitCode::SUCCESS, ExitCode::from))
 }
 
 fn start_threads(asked: u16, quiet: bool) -> Result<()> {

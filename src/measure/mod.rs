@@ -11,5 +11,5 @@ pub mod ztest;
 
 pub use flip::{flip, hdr_flip};
 pub use metrics::{Metrics, compare};
-pub use moments::Moments;
+pub use moments::{Moments, mean_and_error};
 pub use ztest::{Agreement, Estimate, agreement, z};

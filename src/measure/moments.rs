@@ -2,6 +2,14 @@
 
 use glam::{DVec3, Vec3};
 
+/// Mean of samples, and its standard error; both NaN where there are too few.
+pub fn mean_and_error(samples: &[f64]) -> (f64, f64) {
+    let n = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    let variance = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
 /// Running mean and sum of squared deviations (Welford) of pictures of one size.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moments {

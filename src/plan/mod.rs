@@ -74,17 +74,10 @@ impl Plan {
     }
 
     /// The same, where it is known already whether there is an image.
-    pub fn with_existence(mut scene: Scene, settings: Settings, known: Option<Existence>) -> Self {
+    pub fn with_existence(mut scene: Scene, asked: Settings, known: Option<Existence>) -> Self {
         let scene_hash = scene.hash();
-        let (direct, direct_because) = match settings.direct {
-            Direct::Auto if scene.luminaires.iter().any(Luminaire::is_needle) => {
-                (Direct::Photons, "a spot lights less than a pixel, which connections hardly ever meet")
-            }
-            Direct::Auto => (Direct::Connection, "few luminaires"),
-            asked => (asked, "asked for"),
-        };
-        let asked = settings.clone();
-        let settings = Settings { direct, ..settings };
+        let (direct, direct_because) = who_serves_direct(&scene, &asked);
+        let settings = Settings { direct, ..asked.clone() };
         let mut omissions = Vec::new();
         if settings.method == Method::Photon {
             shrink::drop_unused(&mut scene, &settings, &mut omissions);
@@ -97,32 +90,36 @@ impl Plan {
         {
             omissions.push(Omittable::Existence.because(reason.clone()));
         }
-        if settings.method != Method::Photon {
-            // The opponent is left alone.
-            return Self {
-                scene,
-                rays,
-                rims: Rims::none(),
-                settings: asked,
-                photons: None,
-                visibility: Visibility::Transmittance,
-                connections: Connections::none(),
-                existence,
-                omissions,
-                direct,
-                direct_because,
-                scene_hash,
-                casters: None,
-                through: Through::ALL,
-            };
-        }
+        // The opponent is left alone.
+        let whole = Self {
+            scene,
+            rays,
+            rims: Rims::none(),
+            settings: asked,
+            photons: None,
+            visibility: Visibility::Transmittance,
+            connections: Connections::none(),
+            existence,
+            omissions,
+            direct,
+            direct_because,
+            scene_hash,
+            casters: None,
+            through: Through::ALL,
+        };
+        if settings.method == Method::Photon { whole.less(&settings) } else { whole }
+    }
+
+    /// Without what photons and a gather do not need.
+    fn less(self, settings: &Settings) -> Self {
+        let Self { mut scene, rays, existence, mut omissions, .. } = self;
         let flow = Flow::of(&scene, settings.invisible);
-        let needs_photons = !PhotonClasses::of(&flow, &settings).is_empty();
-        shrink::drop_unread(&mut scene, &flow, needs_photons, &settings, &mut omissions);
-        let (rays, through) = lines::first_hits(&scene, rays, &flow, &settings, &mut omissions);
-        let (visibility, casters) = lines::visibility(&scene, &flow, &settings, &mut omissions);
-        let closed_form = lines::closed_form(&scene, &settings, visibility, &mut omissions);
-        let photons = photons::photon_plan(&scene, &flow, &settings, &mut omissions)
+        let needs_photons = !PhotonClasses::of(&flow, settings).is_empty();
+        shrink::drop_unread(&mut scene, &flow, needs_photons, settings, &mut omissions);
+        let (rays, through) = lines::first_hits(&scene, rays, &flow, settings, &mut omissions);
+        let (visibility, casters) = lines::visibility(&scene, &flow, settings, &mut omissions);
+        let closed_form = lines::closed_form(&scene, settings, visibility, &mut omissions);
+        let photons = photons::photon_plan(&scene, &flow, settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
         let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
         let connections = Connections::new(&scene, &closed_form, visibility == Visibility::Everywhere);
@@ -130,17 +127,14 @@ impl Plan {
             scene,
             rays,
             rims,
-            settings: asked,
             photons,
             visibility,
             connections,
             existence,
             omissions,
-            direct,
-            direct_because,
-            scene_hash,
             casters,
             through,
+            ..self
         }
     }
 
@@ -154,5 +148,16 @@ impl Plan {
         let surface = self.scene.surface_of(hit.triangle);
         let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
         (&self.scene.materials[surface.material as usize], point)
+    }
+}
+
+/// Who serves direct light and why, as far as logic tells.
+fn who_serves_direct(scene: &Scene, settings: &Settings) -> (Direct, &'static str) {
+    match settings.direct {
+        Direct::Auto if scene.luminaires.iter().any(Luminaire::is_needle) => {
+            (Direct::Photons, "a spot lights less than a pixel, which connections hardly ever meet")
+        }
+        Direct::Auto => (Direct::Connection, "few luminaires"),
+        asked => (asked, "asked for"),
     }
 }

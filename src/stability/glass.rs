@@ -3,6 +3,7 @@
 use super::build::{Build, diffuse, film, finite, glass, look, mean_is};
 use super::{Case, Check, Effort, Run};
 use crate::light::{Invisible, Light};
+use crate::measure::mean_and_error;
 use crate::optics::{Dielectric, Lobe, Mirror};
 use crate::pilot::learn;
 use crate::plan::Plan;
@@ -111,10 +112,7 @@ fn shot(what: &str, add: impl Fn(&mut Build)) -> (String, (f64, f64)) {
         arrived.map(|photon| f64::from(photon.power.0.x)).sum()
     };
     let passes: Vec<f64> = (0..24).map(arriving).collect();
-    let n = passes.len() as f64;
-    let mean = passes.iter().sum::<f64>() / n;
-    let variance = passes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (format!("{what}, shot"), (mean, (variance / n).sqrt()))
+    (format!("{what}, shot"), mean_and_error(&passes))
 }
 
 fn both(what: &str, add: impl Fn(&mut Build), expected: f64) -> [Check; 2] {

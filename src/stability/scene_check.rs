@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::existence::Existence;
 use crate::film::Layer;
 use crate::light::{Invisible, Light};
+use crate::measure::mean_and_error;
 use crate::path_trace::{Arrival, arriving_power};
 use crate::photon::Photon;
 use crate::plan::{Frame, Method, PhotonClasses, PhotonPlan, Plan, Settings};
@@ -125,7 +126,8 @@ fn energy(scene: &Scene, settings: &Settings, render: &Render) -> Vec<Check> {
     let gathered = |pass: u32| arriving_power(&plan.scene, &plan.rays, settings.seed, pass, PLACES);
     let (shot, gathered): (Vec<_>, Vec<_>) = (0..ESTIMATES).map(|pass| (shot(pass), gathered(pass))).unzip();
     let compare = |what: &str, of: fn(&Arrival) -> f64| {
-        let [(a, a_error), (b, b_error)] = [&shot, &gathered].map(|all| mean(all.iter().map(of)));
+        let [(a, a_error), (b, b_error)] =
+            [&shot, &gathered].map(|all| mean_and_error(&all.iter().map(of).collect::<Vec<_>>()));
         Check::number(what, b, (a, a_error.hypot(b_error)), 1e-3)
     };
     let direct = compare("direct, W", |arrival| arrival.direct);
@@ -160,15 +162,7 @@ fn books(plan: &Plan, frame: &Frame) -> Check {
         ledger.absorbed - ledger.created + ledger.escaped
     };
     let kept: Vec<f64> = (0..ESTIMATES).map(kept).collect();
-    Check::number("absorbed or escaped, W", emitted, mean(kept.into_iter()), 1e-3)
-}
-
-/// Mean and standard error.
-fn mean(samples: impl ExactSizeIterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = samples.len() as f64;
-    let mean = samples.clone().sum::<f64>() / n;
-    let variance = samples.map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    (mean, (variance / n).sqrt())
+    Check::number("absorbed or escaped, W", emitted, mean_and_error(&kept), 1e-3)
 }
 
 fn methods(scene: &Scene, settings: &Settings, photon: &Render) -> Result<Check> {
