@@ -9,6 +9,7 @@ pub mod diff;
 mod diff_tests;
 mod diff_text;
 pub mod escape;
+mod info;
 mod interrupt;
 mod mix;
 mod out;
@@ -43,6 +44,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Say what a scene needs, what is left out and why.
     Plan(plan::PlanArgs),
+    /// Say what is in a scene, as it was read: geometry, camera, materials and their matrices, lights and their power.
+    Info(info::InfoArgs),
     /// Check numerical stability: a scene's, or a suite of stiff and extreme cases against closed forms.
     Check(check::CheckArgs),
     /// Make any picture of the illumination square from an atlas.
@@ -102,6 +105,7 @@ fn run(command: Command) -> Result<ExitCode> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Plan(args) => plan::run(&args),
+        Command::Info(args) => info::run(&args),
         Command::Mix(args) => mix::run(&args),
         Command::View(args) => view::run(&args),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),

@@ -49,11 +49,17 @@ impl SceneArgs {
 
     /// The same, with the files that it is of.
     pub fn load_with_files(&self) -> Result<Loaded> {
+        self.load_as(false)
+    }
+
+    /// The same; if `dark`, also a scene in which nothing emits light.
+    pub fn load_as(&self, dark: bool) -> Result<Loaded> {
         let (asked, set) = self.illuminations()?;
         let choice = Choice {
             scene: self.scene_of_file.clone(),
             camera: self.camera.clone(),
             max_triangles: self.max_triangles,
+            dark,
         };
         let mut loaded = Scene::load_chosen(&self.scene, &choice)?;
         loaded.scene.illuminate(asked, &set)?;

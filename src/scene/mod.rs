@@ -98,11 +98,13 @@ pub struct Choice {
     pub camera: Option<String>,
     /// More triangles than this, every instance counted, are refused before anything of the file is built.
     pub max_triangles: u64,
+    /// A scene in which nothing emits light is taken, with a note, by who wants to know what is in it.
+    pub dark: bool,
 }
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { scene: None, camera: None, max_triangles: MAX_TRIANGLES }
+        Self { scene: None, camera: None, max_triangles: MAX_TRIANGLES, dark: false }
     }
 }
 

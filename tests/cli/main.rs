@@ -7,6 +7,7 @@ mod choice;
 mod compare;
 mod ends;
 mod files;
+mod info;
 mod page;
 mod pages;
 mod render;

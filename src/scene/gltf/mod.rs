@@ -88,7 +88,13 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
         return Err("has no triangles; add a mesh to the scene".into());
     }
     light(&root, &placed, &mut assembly, &mut notes)?;
-    if !is_lit(&assembly) && scene.materials.iter().any(|material| !material.lobes.is_empty()) {
+    if assembly.luminaires.is_empty() {
+        let dark = no_light(&root);
+        if !choice.dark {
+            return Err(with_losses(dark, notes));
+        }
+        notes.line(dark);
+    } else if !is_lit(&assembly) && scene.materials.iter().any(|material| !material.lobes.is_empty()) {
         notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
@@ -106,7 +112,7 @@ fn light(
     let (min, max) = assembly.mesh.bounds();
     let radius = 0.5 * min.distance(max);
     assembly.luminaires.extend(lights::punctual(root, placed, assembly.origin, radius, notes)?);
-    if assembly.luminaires.is_empty() { Err(no_light(root, notes)) } else { Ok(()) }
+    Ok(())
 }
 
 fn is_lit(assembly: &Assembly) -> bool {
@@ -114,19 +120,21 @@ fn is_lit(assembly: &Assembly) -> bool {
     assembly.luminaires.iter().any(lights)
 }
 
-/// That nothing emits light, what else was lost on the way, and the way out.
-fn no_light(root: &Root, notes: &mut Notes) -> Reason {
+/// That nothing emits light, and the way out.
+fn no_light(root: &Root) -> Reason {
     let mut reason = "nothing emits light; add a lamp, or a material with an emissive colour".to_owned();
     if root.asset.generator.as_ref().is_some_and(|generator| generator.contains("Blender")) {
         reason += ". Blender never exports area lights and the World, and its other lamps, cameras and custom \
                    properties only where Include > Punctual Lights, Cameras and Custom Properties are ticked in its \
                    export dialog (docs/blender.md)";
     }
-    let others = std::mem::take(notes).finish();
-    if !others.is_empty() {
-        reason += &format!(". Besides: {}", others.join("; "));
-    }
     reason
+}
+
+/// A reason, and what else was lost on the way.
+fn with_losses(reason: Reason, notes: Notes) -> Reason {
+    let others = notes.finish();
+    if others.is_empty() { reason } else { format!("{reason}. Besides: {}", others.join("; ")) }
 }
 
 /// One shape per primitive under each node.

@@ -1,0 +1,233 @@
+//! `halflight info`: what is in a scene, as it was read.
+
+use super::out::print;
+use super::scene_args::SceneArgs;
+use crate::error::Result;
+use crate::light::{Light, Matrix};
+use crate::optics::Lobe;
+use crate::plan::{Existence, Plan, Settings};
+use crate::scene::names::clean;
+use crate::scene::{Backs, Luminaire, Material, Projection, Scene};
+use clap::Args;
+use glam::{DVec3, Vec3};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+
+    /// Print it as JSON, for programs.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &InfoArgs) -> Result<ExitCode> {
+    let scene = args.scene.load_as(true)?.scene;
+    let info = Info::of(&scene);
+    print(&if args.json { format!("{:#}\n", info.json()) } else { info.text() })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What there is of a material.
+#[derive(Clone, Copy, Default)]
+struct Extent {
+    triangles: usize,
+    /// m².
+    area: f64,
+}
+
+/// What a scene holds.
+struct Info<'a> {
+    scene: &'a Scene,
+    /// By material.
+    extents: Vec<Extent>,
+    /// Kind and power of what shines, triangles of one material together, W.
+    luminaires: Vec<(String, Light)>,
+    existence: Existence,
+}
+
+impl<'a> Info<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let mut extents = vec![Extent::default(); scene.materials.len()];
+        for triangle in 0..scene.mesh.triangles.len() as u32 {
+            let extent = &mut extents[scene.surface_of(triangle).material as usize];
+            extent.triangles += 1;
+            extent.area += f64::from(scene.mesh.area(triangle));
+        }
+        let existence = Plan::new(scene.clone(), Settings::for_film(64, 64)).existence;
+        Self { scene, extents, luminaires: luminaires(scene), existence }
+    }
+
+    /// The corners of the box around all triangles in the world, m.
+    fn bounds(&self) -> [DVec3; 2] {
+        let (min, max) = self.scene.mesh.bounds();
+        [min, max].map(|corner| corner.as_dvec3() + self.scene.origin)
+    }
+
+    fn text(&self) -> String {
+        let scene = self.scene;
+        let [min, max] = self.bounds();
+        let smooth = scene.surfaces.iter().filter(|surface| surface.smooth).count();
+        let mut text = format!(
+            "{}: {} triangles in {} surfaces ({smooth} smooth), {} materials; from {} to {} m\n",
+            scene.name,
+            scene.mesh.triangles.len(),
+            scene.surfaces.len(),
+            scene.materials.len(),
+            vector(min),
+            vector(max),
+        );
+        let mut line = |line: std::fmt::Arguments<'_>| {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{line}");
+        };
+        line(format_args!("camera: {}", self.camera()));
+        for (material, extent) in scene.materials.iter().zip(&self.extents) {
+            line(format_args!(
+                "material {}: {}; {} triangles, {:.4} m²",
+                clean(&material.name),
+                matter(material),
+                extent.triangles,
+                extent.area
+            ));
+        }
+        for (what, power) in &self.luminaires {
+            let [invisible, visible] = [power.invisible, power.visible].map(sum);
+            line(format_args!("light: {what}, {invisible:.4} W invisible, {visible:.4} W visible"));
+        }
+        if self.luminaires.is_empty() {
+            line(format_args!("light: none"));
+        }
+        line(format_args!("multiplication factor: {}", self.existence.describe()));
+        scene.notes.iter().for_each(|note| line(format_args!("note: {note}")));
+        text
+    }
+
+    fn camera(&self) -> String {
+        let camera = &self.scene.camera;
+        let projection = match camera.projection {
+            Projection::Perspective { yfov } => format!("perspective, {:.2}° high", yfov.to_degrees()),
+            Projection::Orthographic { half_height } => {
+                format!("orthographic, {} m high", number(f64::from(2.0 * half_height)))
+            }
+        };
+        let place = vector(camera.position.as_dvec3() + self.scene.origin);
+        let aspect = camera.aspect.map_or(String::new(), |aspect| format!(", picture {aspect:.4}:1"));
+        format!("{projection}, at {place} m, looking along {}{aspect}", vector(camera.forward.as_dvec3()))
+    }
+
+    fn json(&self) -> Value {
+        let scene = self.scene;
+        let array = |v: DVec3| v.to_array();
+        let [min, max] = self.bounds().map(array);
+        let material = |(material, extent): (&Material, &Extent)| {
+            let bsdf = material.bsdf();
+            json!({
+                "name": material.name, "illumination": material.resolved(),
+                "lobes": material.lobes.iter().map(|(share, lobe)| json!({ "share": share, "lobe": lobe_in_words(lobe) })).collect::<Vec<_>>(),
+                "terms": bsdf.terms.iter().map(|term| json!({ "opaque": term.coefficient.rows(), "lobe": lobe_in_words(&term.lobe) })).collect::<Vec<_>>(),
+                "straight": bsdf.straight.rows(),
+                "emission": material.emission.map(|emission| json!({
+                    "invisible": emission.radiance.invisible.to_array(),
+                    "visible": emission.radiance.visible.to_array(), "two_sided": emission.two_sided,
+                })),
+                "triangles": extent.triangles, "area": extent.area,
+            })
+        };
+        let light = |(what, power): &(String, Light)| json!({ "what": what, "invisible_watts": power.invisible.to_array(), "visible_watts": power.visible.to_array() });
+        json!({
+            "name": scene.name,
+            "hash": format!("{:016x}", scene.hash()),
+            "triangles": scene.mesh.triangles.len(),
+            "surfaces": scene.surfaces.len(),
+            "bounds": [min, max],
+            "camera": {
+                "position": array(scene.camera.position.as_dvec3() + scene.origin),
+                "forward": scene.camera.forward.to_array(), "up": scene.camera.up.to_array(),
+                "aspect": scene.camera.aspect, "words": self.camera(),
+            },
+            "materials": scene.materials.iter().zip(&self.extents).map(material).collect::<Vec<_>>(),
+            "luminaires": self.luminaires.iter().map(light).collect::<Vec<_>>(),
+            "multiplication_factor": self.existence.describe(),
+            "image_exists": !self.existence.is_refuted(),
+            "notes": scene.notes,
+        })
+    }
+}
+
+/// What shines and its power, triangles of one material together.
+fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
+    let (_, radius) = scene.bounding_sphere();
+    let mut of_material: BTreeMap<u32, (usize, Light)> = BTreeMap::new();
+    let mut punctual = Vec::new();
+    for luminaire in &scene.luminaires {
+        let power = luminaire.power(radius);
+        let kind = match *luminaire {
+            Luminaire::Triangle { triangle, .. } => {
+                let all = of_material.entry(scene.surface_of(triangle).material).or_insert((0, Light::ZERO));
+                *all = (all.0 + 1, all.1 + power);
+                continue;
+            }
+            Luminaire::Point { .. } => "point light",
+            Luminaire::Spot { .. } => "spot",
+            Luminaire::Warn { .. } => "OpenGL's spot",
+            Luminaire::Directional { .. } => "parallel light (power is that on the scene)",
+        };
+        punctual.push((kind.to_owned(), power));
+    }
+    let named = |(material, (count, power)): (u32, (usize, Light))| {
+        (format!("{count} triangles of {}", clean(&scene.materials[material as usize].name)), power)
+    };
+    of_material.into_iter().map(named).chain(punctual).collect()
+}
+
+/// Lobes, illumination and matrices of a material.
+fn matter(material: &Material) -> String {
+    let lobe = |(share, lobe): &(f32, Lobe)| match *share {
+        1.0 => lobe_in_words(lobe),
+        share => format!("{share} × {}", lobe_in_words(lobe)),
+    };
+    let lobes: Vec<String> = material.lobes.iter().map(lobe).collect();
+    let lobes = if lobes.is_empty() { "reflects nothing".into() } else { lobes.join(" + ") };
+    let bsdf = material.bsdf();
+    let opaque =
+        bsdf.terms.first().map_or(String::new(), |term| format!(", opaque {}", matrix(term.coefficient)));
+    let shines = if material.emission.is_some() { ", shines" } else { "" };
+    let backs = if material.backs == Backs::Unseen { ", backs unseen" } else { "" };
+    format!("{lobes}; {}{opaque}, straight {}{shines}{backs}", material.resolved(), matrix(bsdf.straight))
+}
+
+fn lobe_in_words(lobe: &Lobe) -> String {
+    let sides = |two_sided: bool| if two_sided { "two-sided" } else { "one-sided" };
+    let colour = |v: Vec3| v.to_array().map(|x| number(f64::from(x))).join(" ");
+    match lobe {
+        Lobe::Diffuse(lobe) => format!("diffuse {}, {}", colour(lobe.albedo), sides(lobe.two_sided)),
+        Lobe::Mirror(lobe) => format!("mirror {}, {}", colour(lobe.tint), sides(lobe.two_sided)),
+        Lobe::Dielectric(lobe) => format!("solid glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
+        Lobe::ThinDielectric(lobe) => format!("thin glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
+    }
+}
+
+fn matrix(matrix: Matrix) -> String {
+    let [[a, b], [c, d]] = matrix.rows();
+    format!("[{a} {b}; {c} {d}]")
+}
+
+fn vector(v: DVec3) -> String {
+    format!("({})", v.to_array().map(number).join(", "))
+}
+
+/// Four digits behind the point at the most.
+fn number(x: f64) -> String {
+    let rounded = (1e4 * x).round() / 1e4;
+    // Minus nothing is nothing.
+    format!("{}", rounded + 0.0)
+}
+
+fn sum(half: Vec3) -> f64 {
+    half.as_dvec3().element_sum()
+}

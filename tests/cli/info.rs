@@ -1,0 +1,68 @@
+use crate::support::{done, refused, text};
+use serde_json::Value;
+use std::fs;
+
+fn printed(arguments: &[&str]) -> String {
+    String::from_utf8(done(arguments).stdout).expect("text")
+}
+
+#[test]
+fn a_scene_is_told_as_it_was_read() {
+    let text = printed(&["info", "builtin:cornell-spheres", "--illumination", "0.5,0.25"]);
+    assert!(text.starts_with("builtin:cornell-spheres: 7948 triangles in 8 surfaces (2 smooth)"), "{text}");
+    assert!(text.contains("camera: perspective"), "{text}");
+    assert!(text.contains("one-sided; 0.5,0.25, opaque [0.5 0; 1 0], straight [0.25 0; 0 0]"), "{text}");
+    assert!(
+        text.contains("light: 2 triangles of Lamp, ") && text.contains("multiplication factor: "),
+        "{text}"
+    );
+}
+
+#[test]
+fn programs_read_it_as_json_and_power_is_what_lamps_send() {
+    let info: Value =
+        serde_json::from_str(&printed(&["info", "builtin:cornell-spheres", "--json"])).expect("JSON");
+    let materials = info["materials"].as_array().expect("materials");
+    let lamp = materials.iter().find(|material| material["name"] == "Lamp").expect("the lamp");
+    // Lambertian: π times radiance and area.
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let expected = std::f64::consts::PI * number(&lamp["emission"]["visible"][0]) * number(&lamp["area"]);
+    let power = number(&info["luminaires"][0]["visible_watts"][0]);
+    assert!(expected > 0.0 && (power / expected - 1.0).abs() < 1e-5, "{power} for {expected}");
+    assert!((0.98 * power / expected - 1.0).abs() > 1e-5);
+    let triangles: u64 =
+        materials.iter().map(|material| material["triangles"].as_u64().expect("a count")).sum();
+    assert_eq!(Some(triangles), info["triangles"].as_u64());
+    assert_eq!(info["image_exists"], true);
+}
+
+#[test]
+fn files_that_are_not_there_are_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let broken = folder.path().join("broken.gltf");
+    fs::write(&broken, "{").expect("written");
+    for scene in ["nowhere.glb", text(&broken), "builtin:nothing"] {
+        let message = refused(&["info", scene]);
+        assert!(message.contains(scene), "{message}");
+    }
+}
+
+#[test]
+fn a_file_without_light_is_told_with_what_it_lacks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("dark.gltf");
+    let document = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
+    fs::write(&file, document).expect("written");
+    let told = printed(&["info", text(&file)]);
+    assert!(told.contains(": 1 triangles in 1 surfaces") && told.contains("0.5000 m²"), "{told}");
+    assert!(told.contains("light: none") && told.contains("note: nothing emits light"), "{told}");
+    assert!(
+        refused(&["render", text(&file), "-o", text(&folder.path().join("a.exr"))])
+            .contains("nothing emits light")
+    );
+}
