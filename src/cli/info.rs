@@ -73,11 +73,11 @@ impl<'a> Info<'a> {
         let [min, max] = self.bounds();
         let smooth = scene.surfaces.iter().filter(|surface| surface.smooth).count();
         let mut text = format!(
-            "{}: {} triangles in {} surfaces ({smooth} smooth), {} materials; from {} to {} m\n",
+            "{}: {} in {} ({smooth} smooth), {}; from {} to {} m\n",
             scene.name,
-            scene.mesh.triangles.len(),
-            scene.surfaces.len(),
-            scene.materials.len(),
+            counted(scene.mesh.triangles.len(), "triangle"),
+            counted(scene.surfaces.len(), "surface"),
+            counted(scene.materials.len(), "material"),
             vector(min),
             vector(max),
         );
@@ -88,10 +88,10 @@ impl<'a> Info<'a> {
         line(format_args!("camera: {}", self.camera()));
         for (material, extent) in scene.materials.iter().zip(&self.extents) {
             line(format_args!(
-                "material {}: {}; {} triangles, {:.4} m²",
+                "material {}: {}; {}, {:.4} m²",
                 clean(&material.name),
                 matter(material),
-                extent.triangles,
+                counted(extent.triangles, "triangle"),
                 extent.area
             ));
         }
@@ -180,7 +180,10 @@ fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
         punctual.push((kind.to_owned(), power));
     }
     let named = |(material, (count, power)): (u32, (usize, Light))| {
-        (format!("{count} triangles of {}", clean(&scene.materials[material as usize].name)), power)
+        (
+            format!("{} of {}", counted(count, "triangle"), clean(&scene.materials[material as usize].name)),
+            power,
+        )
     };
     of_material.into_iter().map(named).chain(punctual).collect()
 }
@@ -226,6 +229,10 @@ fn number(x: f64) -> String {
     let rounded = (1e4 * x).round() / 1e4;
     // Minus nothing is nothing.
     format!("{}", rounded + 0.0)
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn sum(half: Vec3) -> f64 {

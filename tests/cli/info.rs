@@ -59,7 +59,10 @@ fn a_file_without_light_is_told_with_what_it_lacks() {
         "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
     fs::write(&file, document).expect("written");
     let told = printed(&["info", text(&file)]);
-    assert!(told.contains(": 1 triangles in 1 surfaces") && told.contains("0.5000 m²"), "{told}");
+    assert!(
+        told.contains(": 1 triangle in 1 surface (0 smooth), 1 material;") && told.contains("0.5000 m²"),
+        "{told}"
+    );
     assert!(told.contains("light: none") && told.contains("note: nothing emits light"), "{told}");
     assert!(
         refused(&["render", text(&file), "-o", text(&folder.path().join("a.exr"))])
