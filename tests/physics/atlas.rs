@@ -136,6 +136,7 @@ fn the_corner_where_it_was_shot_is_the_picture_of_the_film() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn error_bars_hold_between_the_points_where_they_were_measured() {
     const RUNS: u64 = 60;
     const FEW: u32 = 8;
@@ -169,6 +170,7 @@ fn error_bars_hold_between_the_points_where_they_were_measured() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn beside_the_frontier_sharing_powers_out_changes_little() {
     // The film is read at the point without sharing, from the same photons and camera rays: no noise is between them.
     let corner = supercritical();
