@@ -10,14 +10,13 @@ use crate::photon_map::Found;
 use crate::plan::{Direct, Frame, Plan};
 use crate::rays::{Hit, Segment};
 use crate::sampling::Rng;
-use crate::scene::{Material, View};
+use crate::scene::Material;
 use glam::Vec3;
 
 /// Adds up what a row of pixels shows, by place.
 pub(super) struct ByOrder<'a, P> {
     plan: &'a Plan,
     frame: &'a Frame,
-    view: View,
     /// By pass, and so the next two.
     maps: &'a [Maps<'a, P>],
     /// Of each map.
@@ -43,10 +42,9 @@ impl<'a, P: Power> ByOrder<'a, P> {
         places: &'a Places,
         kept: Vec<ByPlace>,
     ) -> Self {
-        let view = plan.scene.camera.view(frame.aspect());
         let nearby = maps.iter().map(|_| Nearby::default()).collect();
         let (found, between) = (Found::default(), Vec::new());
-        Self { plan, frame, view, maps, packed, nearby, found, pass: 0, places, kept, column: 0, between }
+        Self { plan, frame, maps, packed, nearby, found, pass: 0, places, kept, column: 0, between }
     }
 
     fn connect(
@@ -91,10 +89,8 @@ impl<'a, P: Power> ByOrder<'a, P> {
         if maps.tiers().is_empty() {
             return;
         }
-        let footprint = self.view.footprint(here.travelled, self.frame.height);
-        let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
+        let (footprint, normal, most) = (here.footprint, here.normal(), here.most_counted());
         let factor = diffuse.towards(&point.normals, wo) * row.invisible;
-        let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
         let (kept, found) = (&mut self.kept[self.column / ABREAST], &mut self.found);
         let column = self.column % ABREAST;
         let around = maps.around(&mut self.nearby[self.pass], point, footprint);

@@ -1,5 +1,6 @@
 //! The table of `halflight check` as one page: a section for each case, and an explanation of the columns.
 
+use super::out::counted;
 use crate::report::{escape, fill};
 use crate::stability::LARGEST_Z;
 
@@ -30,7 +31,6 @@ fn verdict(cases: &[&[Row]]) -> String {
         0 => "<b class=\"pass\">all pass</b>".to_owned(),
         count => format!("<b class=\"FAIL\">{count} FAIL</b>"),
     };
-    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let [cases, rows] = [counted(cases.len(), "case"), counted(rows().count(), "row")];
     format!("{cases}, {rows}: {failures}. It took {seconds:.0} seconds of wall-clock time.")
 }

@@ -1,6 +1,7 @@
 //! `halflight info`: what is in a scene, as it was read.
 
-use super::out::print;
+use super::out::{counted, print};
+use super::plan::existence_as_json;
 use super::scene_args::SceneArgs;
 use crate::error::Result;
 use crate::light::{Light, Matrix};
@@ -152,8 +153,7 @@ impl<'a> Info<'a> {
             },
             "materials": scene.materials.iter().zip(&self.extents).map(material).collect::<Vec<_>>(),
             "luminaires": self.luminaires.iter().map(light).collect::<Vec<_>>(),
-            "multiplication_factor": self.existence.describe(),
-            "image_exists": !self.existence.is_refuted(),
+            "multiplication_factor": existence_as_json(&self.existence),
             "notes": scene.notes,
         })
     }
@@ -229,10 +229,6 @@ fn number(x: f64) -> String {
     let rounded = (1e4 * x).round() / 1e4;
     // Minus nothing is nothing.
     format!("{}", rounded + 0.0)
-}
-
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn sum(half: Vec3) -> f64 {

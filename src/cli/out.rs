@@ -18,6 +18,11 @@ pub fn print(text: &str) -> Result<()> {
     told(io::stdout().write_all(escape::lines(text).as_bytes()))
 }
 
+/// A number of things: 1 case, 2 cases.
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// The same of what was written before.
 pub fn told(written: io::Result<()>) -> Result<()> {
     match written.and_then(|()| io::stdout().flush()) {

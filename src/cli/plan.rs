@@ -108,12 +108,6 @@ fn as_json(
     savings: Option<&[Saving]>,
     layers: &[Layer],
 ) -> Value {
-    let k = match &plan.existence {
-        Existence::Certain { at_most, .. } => json!({ "at_most": at_most }),
-        Existence::Measured(m) => {
-            json!({ "k": m.k, "error": m.error, "image_exists": !plan.existence.is_refuted() })
-        }
-    };
     let techniques: Vec<Value> = frame
         .techniques(plan)
         .iter()
@@ -147,7 +141,7 @@ fn as_json(
         "method": settings.method.name(),
         "seed": settings.seed,
         "max_reflections": settings.max_reflections,
-        "multiplication_factor": k,
+        "multiplication_factor": existence_as_json(&plan.existence),
         "photons": photons,
         "techniques": techniques,
         "omissions": omissions_as_json(plan, savings),
@@ -158,6 +152,16 @@ fn as_json(
         },
         "processor_seconds": seconds_as_json(forecast),
     })
+}
+
+/// The multiplication factor, and whether there is an image.
+pub(super) fn existence_as_json(existence: &Existence) -> Value {
+    match existence {
+        Existence::Certain { at_most, .. } => json!({ "at_most": at_most }),
+        Existence::Measured(m) => {
+            json!({ "k": m.k, "error": m.error, "image_exists": !existence.is_refuted() })
+        }
+    }
 }
 
 fn seconds_as_json(forecast: &Forecast) -> Value {

@@ -7,7 +7,7 @@ use crate::measure::Moments;
 use crate::pass::render_pass;
 use crate::pilot::learn_photons;
 use crate::plan::{Frame, Method, Plan, Settings};
-use crate::scene::Scene;
+use crate::scene::{Fnv, Scene};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -203,8 +203,9 @@ fn plane(image: &PassImage, layer: Layer) -> &[Vec3] {
     found.map(|(_, plane)| plane.as_slice()).expect("asked for")
 }
 
-/// 64 bits of a text, the same in every run (FNV-1a).
+/// 64 bits of a text, the same in every run.
 fn fingerprint(text: &str) -> u64 {
-    text.bytes()
-        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+    let mut fnv = Fnv::EMPTY;
+    fnv.bytes(text.as_bytes());
+    fnv.0
 }

@@ -7,13 +7,12 @@ use crate::optics::Term;
 use crate::photon::PathClass;
 use crate::plan::{Direct, Frame, Plan};
 use crate::sampling::{Rng, Sobol};
-use crate::scene::{Material, View};
+use crate::scene::Material;
 
 /// Adds up what a tile of pixels shows.
 pub(super) struct Plain<'a, P, const R: usize> {
     pub plan: &'a Plan,
     frame: &'a Frame,
-    view: View,
     maps: &'a Maps<'a, P>,
     nearby: Nearby,
     /// The pixel under way, in its tile.
@@ -25,9 +24,8 @@ pub(super) struct Plain<'a, P, const R: usize> {
 
 impl<'a, P: Power, const R: usize> Plain<'a, P, R> {
     pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a Maps<'a, P>) -> Self {
-        let view = plan.scene.camera.view(frame.aspect());
         let (nearby, open, sampled) = (Nearby::default(), Vec::new(), Vec::new());
-        Self { plan, frame, view, maps, nearby, pixel: 0, open, sampled }
+        Self { plan, frame, maps, nearby, pixel: 0, open, sampled }
     }
 
     /// What comes now is for this pixel of the tile.
@@ -68,11 +66,9 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
             self.connect(open, pixel);
         }
         let Some(diffuse) = term.lobe.as_diffuse() else { return };
-        let footprint = self.view.footprint(here.travelled, self.frame.height);
-        let normal = point.normals.geometric * if point.normals.is_front(wo) { 1.0 } else { -1.0 };
         let f = diffuse.towards(&point.normals, wo);
-        let most = u16::try_from(here.most_reflections).unwrap_or(u16::MAX);
-        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, footprint, most);
+        let (normal, most) = (here.normal(), here.most_counted());
+        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, here.footprint, most);
         for (class, irradiance) in
             [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
         {

@@ -66,16 +66,31 @@ pub(crate) struct Here<'s, const R: usize> {
     /// To where the line came from.
     pub wo: Vec3,
     /// Length of the camera path, m.
-    pub travelled: f32,
+    travelled: f32,
+    /// Side of what a pixel covers there on a surface that faces it, m.
+    pub footprint: f32,
     /// Reflections that light may have had before this surface.
-    pub most_reflections: u32,
+    most_reflections: u32,
+}
+
+impl<const R: usize> Here<'_, R> {
+    /// The geometric normal on the side that is seen.
+    pub fn normal(&self) -> Vec3 {
+        let normals = &self.point.normals;
+        normals.geometric * if normals.is_front(self.wo) { 1.0 } else { -1.0 }
+    }
+
+    /// Reflections that light may have had before this surface, as photons count theirs.
+    pub fn most_counted(&self) -> u16 {
+        u16::try_from(self.most_reflections).unwrap_or(u16::MAX)
+    }
 }
 
 /// Camera paths, one after another.
 pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
     plan: &'a Plan,
     /// Width and height of the film in pixels.
-    film: [f32; 2],
+    film: [u32; 2],
     view: View,
     pub tally: T,
     /// By so much, or less, lines multiply from one delta reflection to the next.
@@ -88,14 +103,14 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     /// Through the pixels of a frame.
     pub fn new(plan: &'a Plan, frame: &Frame, tally: T) -> Self {
         let view = plan.scene.camera.view(frame.aspect());
-        let film = [frame.width as f32, frame.height as f32];
+        let film = [frame.width, frame.height];
         let growth = plan.existence.growth().max(1.0);
         Self { plan, film, view, tally, growth, stack: Vec::new(), hits: Vec::new() }
     }
 
     /// A path through a random point of the pixel at column `x` and row `y`.
     pub fn pixel(&mut self, [x, y]: [usize; 2], mut rng: Rng) -> Pixel<R> {
-        let [width, height] = self.film;
+        let [width, height] = self.film.map(|side| side as f32);
         let [jx, jy] = rng.f32x2();
         let (origin, direction) = self.view.ray((x as f32 + jx) / width, (y as f32 + jy) / height);
         let mut pixel = Pixel::EMPTY;
@@ -118,7 +133,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let mut mark = line.mark;
         let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
         for hit in &hits {
-            let (material, point) = plan.matter_at(hit);
+            let (_, material, point) = plan.matter_at(hit);
             let bsdf: &Bsdf = &material.at(&point);
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
@@ -131,8 +146,9 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             }
             if delta_chain < most {
                 let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
-                let here =
-                    Here { rows: &rows, material, bsdf, point: &point, wo, travelled, most_reflections };
+                let footprint = self.view.footprint(travelled, self.film[1]);
+                let (rows, point) = (&rows, &point);
+                let here = Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections };
                 self.read_surface(&here, mark, pixel, rng);
                 self.pass_on(&here, line, mark, rng);
             }
@@ -148,12 +164,12 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     /// Light that finite lobes send towards the camera.
     fn read_surface(&mut self, here: &Here<'_, R>, mark: T::Mark, pixel: &mut Pixel<R>, rng: &mut Rng) {
         let Here { point, wo, bsdf, .. } = *here;
+        let mark = T::reflected(mark, here.rows, here.material);
         for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
             let rows = here.rows.map(|row| row * term.coefficient);
             if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
                 continue;
             }
-            let mark = T::reflected(mark, here.rows, here.material);
             self.tally.read(here, term, (rows, mark), pixel, rng);
         }
     }

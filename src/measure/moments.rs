@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Mean of samples, and its standard error; both NaN where there are too few.
+/// Mean of samples, and its standard error, which is NaN below two of them.
 pub fn mean_and_error(samples: &[f64]) -> (f64, f64) {
     let n = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / n;

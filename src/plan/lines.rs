@@ -3,7 +3,7 @@
 use super::flow::{Flow, passes};
 use super::omission::{Omission, Omittable};
 use super::shrink::only;
-use super::{Direct, Frame, Plan, Settings};
+use super::{Direct, Plan, Settings};
 use crate::connect::summed_and_others;
 use crate::light::{Matrix, Row};
 use crate::optics::Lobe;
@@ -161,7 +161,8 @@ impl Plan {
 
     /// Names of surfaces through whose backs the camera looks, as far as a grid of lines finds them.
     pub fn looked_through(&self) -> Vec<String> {
-        let view = self.scene.camera.view(Frame::asked(self).aspect());
+        let Settings { width, height, .. } = self.settings;
+        let view = self.scene.camera.view(width as f32 / height as f32);
         let place = |i: u32| (i as f32 + 0.5) / LOOKS as f32;
         let back = |i: u32| {
             let (origin, direction) = view.ray(place(i % LOOKS), place(i / LOOKS));

@@ -28,7 +28,7 @@ pub use settings::{Direct, LEVELS, Method, Settings};
 use crate::connect::Connections;
 use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
-use crate::scene::{Luminaire, Material, Scene, SurfacePoint};
+use crate::scene::{Luminaire, Material, Scene, Surface, SurfacePoint};
 use flow::Flow;
 use lines::Through;
 use photons::crowd;
@@ -143,11 +143,11 @@ impl Plan {
         self.existence.is_refuted() && self.settings.max_reflections.is_none()
     }
 
-    /// What a line meets: the material, and the point on its surface.
-    pub fn matter_at(&self, hit: &Hit) -> (&Material, SurfacePoint) {
+    /// What a line meets: the surface, its material, and the point on it.
+    pub fn matter_at(&self, hit: &Hit) -> (&Surface, &Material, SurfacePoint) {
         let surface = self.scene.surface_of(hit.triangle);
         let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
-        (&self.scene.materials[surface.material as usize], point)
+        (surface, &self.scene.materials[surface.material as usize], point)
     }
 }
 

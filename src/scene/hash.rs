@@ -12,7 +12,7 @@ const VERSION: u32 = 1;
 
 /// FNV-1a of 64 bits: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV non-cryptographic hash algorithm".
 /// Each byte maps states one to one, so one field that differs in value alone never goes unnoticed.
-pub(super) struct Fnv(pub u64);
+pub(crate) struct Fnv(pub u64);
 
 impl Fnv {
     pub const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);

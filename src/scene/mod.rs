@@ -53,6 +53,7 @@ mod shape;
 
 pub use build::SceneBuilder;
 pub use camera::{Camera, Projection, View};
+pub(crate) use hash::Fnv;
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
 pub use material::{Backs, Material};

@@ -14,7 +14,7 @@ use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, SurfacePoint};
+use crate::scene::{Material, Surface, SurfacePoint};
 use crowd::Crowd;
 use glam::Vec3;
 use levels::Levels;
@@ -98,6 +98,7 @@ struct Line<P> {
 
 /// Where a line met matter.
 struct Met<'m> {
+    surface: &'m Surface,
     material: &'m Material,
     bsdf: &'m Bsdf,
     hit: &'m Hit,
@@ -165,14 +166,15 @@ impl<'a, P: Power> Walk<'a, P> {
         self.photons.ledger.lines += 1;
         let mut power = line.power;
         for hit in &hits {
-            let (material, point) = self.plan.matter_at(hit);
+            let (surface, material, point) = self.plan.matter_at(hit);
             let bsdf: &Bsdf = &material.at(&point);
             let arriving = power.scaled(line.falloff.at(hit.t));
-            let of = self.plan.scene.surface_of(hit.triangle).material as usize;
-            if self.photon_plan.deposits[of] && self.photon_plan.classes.contains(line.class) {
+            if self.photon_plan.deposits[surface.material as usize]
+                && self.photon_plan.classes.contains(line.class)
+            {
                 self.deposit(&line, hit.t, &point, arriving, rng);
             }
-            let met = Met { material, bsdf, hit, point: &point };
+            let met = Met { surface, material, bsdf, hit, point: &point };
             let sent_on = self.spawn(&line, &met, arriving, unit, rng);
             let straight = power.through(bsdf.straight);
             self.account(power, sent_on, straight);
@@ -215,7 +217,7 @@ impl<'a, P: Power> Walk<'a, P> {
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
     fn spawn(&mut self, line: &Line<P>, met: &Met<'_>, power: P, unit: f32, rng: &mut Rng) -> f64 {
-        let Met { material, bsdf, hit, point } = *met;
+        let Met { surface, material, bsdf, hit, point } = *met;
         let orders = line.orders.reflected(material);
         if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
@@ -248,7 +250,7 @@ impl<'a, P: Power> Walk<'a, P> {
         let class =
             if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
-            let smooth = self.plan.scene.surface_of(hit.triangle).smooth && !geometric;
+            let smooth = surface.smooth && !geometric;
             let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
             let bend = |step: Vec3| match smooth {
                 true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),

@@ -29,11 +29,11 @@ fn programs_read_it_as_json_and_power_is_what_lamps_send() {
     let expected = std::f64::consts::PI * number(&lamp["emission"]["visible"][0]) * number(&lamp["area"]);
     let power = number(&info["luminaires"][0]["visible_watts"][0]);
     assert!(expected > 0.0 && (power / expected - 1.0).abs() < 1e-5, "{power} for {expected}");
-    assert!((0.98 * power / expected - 1.0).abs() > 1e-5);
     let triangles: u64 =
         materials.iter().map(|material| material["triangles"].as_u64().expect("a count")).sum();
     assert_eq!(Some(triangles), info["triangles"].as_u64());
-    assert_eq!(info["image_exists"], true);
+    // Global matter: no more than the largest albedo.
+    assert!(info["multiplication_factor"]["at_most"].as_f64().is_some_and(|k| k > 0.0 && k < 1.0), "{info}");
 }
 
 #[test]

@@ -1,20 +1,8 @@
 //! No magic distance: where rays start and end and light is carried, no small constant stands in the code.
 
+use crate::order::sources;
 use std::fs;
-use std::path::{Path, PathBuf};
-
-fn sources(under: &Path, found: &mut Vec<PathBuf>) {
-    if under.is_file() {
-        found.push(under.into());
-        return;
-    }
-    for entry in fs::read_dir(under).expect("a folder of sources").flatten() {
-        let path = entry.path();
-        if !path.ends_with("tests") {
-            sources(&path, found);
-        }
-    }
-}
+use std::path::Path;
 
 /// Numbers between zero and a hundredth, but for those in comments and in tests.
 fn small_numbers(text: &str) -> Vec<String> {

@@ -4,8 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files of Rust under a folder, but those of tests.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Files of Rust under a folder, but those of tests; or the one file.
+pub fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    if folder.is_file() {
+        found.push(folder.into());
+        return;
+    }
     for entry in fs::read_dir(folder).expect("a folder of sources").flatten() {
         let path = entry.path();
         let name = path.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
