@@ -2,7 +2,7 @@
 
 use super::places::{ABREAST, ByPlace, Packed, Places};
 use crate::connect::Connection;
-use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally};
+use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally, reflected};
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Diffuse, Term};
 use crate::photon::Orders;
@@ -59,8 +59,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
         let Self { plan, places, between, .. } = self;
         let (kept, column) = (&mut self.kept[self.column / ABREAST], self.column % ABREAST);
         let mut visit = |connection: Connection| {
-            let f = term.lobe.eval(&point.normals, wo, connection.wi)
-                * connection.wi.dot(point.normals.shading).abs();
+            let f = reflected(&term.lobe, point, wo, &connection);
             if f == Vec3::ZERO || row * connection.light == Vec3::ZERO {
                 return;
             }
@@ -158,7 +157,7 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
         pixel: &mut Pixel<1>,
         rng: &mut Rng,
     ) {
-        if self.frame.direct == Direct::Connection {
+        if self.frame.direct == Direct::Connection || term.lobe.is_glossy() {
             self.connect(here, term, (row, orders), &mut pixel.parts[0], rng);
         }
         if let Some(diffuse) = term.lobe.as_diffuse() {

@@ -11,6 +11,7 @@ use crate::sampling::Cumulative;
 use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between, warn_falloff};
 use glam::{DVec3, Vec3};
 use polygon::{Facet, Plane};
+use std::collections::HashMap;
 use std::ops::Add;
 
 /// Light that arrives at a camera hit along one connection.
@@ -23,6 +24,8 @@ pub struct Connection {
     pub light: Light,
     /// The segment that must be looked through, from the camera hit outward.
     pub segment: Segment,
+    /// Density in solid angle (sr⁻¹) with which a connection leads this way. None: by chance nobody comes to this luminaire.
+    pub density: Option<f32>,
 }
 
 /// The luminaires as a camera hit sees them.
@@ -34,6 +37,19 @@ pub struct Connections {
     /// Luminaires of which one is chosen, by index, and with which probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
     choice: Cumulative,
+    /// The place among them of each triangle that shines, where lines come upon them by chance too.
+    place: HashMap<u32, u32>,
+    /// Nothing hides any luminaire.
+    all_is_seen: bool,
+}
+
+/// Which surfaces ask for connections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobes {
+    /// Lambert's reflectors alone.
+    Lambert,
+    /// Others too, whose light a closed form does not tell, and from which lines may come upon luminaires by chance.
+    Any,
 }
 
 /// Up to so many punctual luminaires are summed; beyond, one is chosen like any other.
@@ -52,19 +68,26 @@ pub(crate) fn summed_and_others(scene: &Scene) -> (Vec<u32>, Vec<u32>) {
 impl Connections {
     /// To no luminaire.
     pub fn none() -> Self {
-        Self { every: Vec::new(), closed_form: Vec::new(), one_of: Vec::new(), choice: Cumulative::default() }
+        Self {
+            every: Vec::new(),
+            closed_form: Vec::new(),
+            one_of: Vec::new(),
+            choice: Cumulative::default(),
+            place: HashMap::new(),
+            all_is_seen: false,
+        }
     }
 
     /// Decides which luminaires are summed and which are chosen from. Those of `closed_form`, by index, have an irradiance that is
     /// known where nothing hides them: everywhere, if `all_is_seen`.
-    pub fn new(scene: &Scene, closed_form: &[u32], all_is_seen: bool) -> Self {
+    pub fn new(scene: &Scene, closed_form: &[u32], all_is_seen: bool, lobes: Lobes) -> Self {
         let (_, radius) = scene.bounding_sphere();
         let (every, others) = summed_and_others(scene);
         let closed_form = Facet::of(scene, closed_form);
         let (mut one_of, mut powers) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
         // Where nothing is hidden the closed form is all.
-        let hidden = closed_form.is_empty() || !all_is_seen;
+        let hidden = closed_form.is_empty() || !all_is_seen || lobes == Lobes::Any;
         for i in others.into_iter().filter(|_| hidden) {
             let power = f64::from(scene.luminaires[i as usize].power(radius).total());
             if power > 0.0 {
@@ -76,7 +99,14 @@ impl Connections {
         // In proportion to power, a share of all alike: the strongest may be behind a wall.
         let alike = ALIKE / powers.len() as f64;
         let choice = Cumulative::new(powers.into_iter().map(|power| (1.0 - ALIKE) * power / sum + alike));
-        Self { every, closed_form, one_of, choice }
+        let by_chance = one_of.iter().zip(0..).filter(|_| lobes == Lobes::Any);
+        let place = by_chance
+            .filter_map(|(&luminaire, place)| match scene.luminaires[luminaire as usize] {
+                Luminaire::Triangle { triangle, .. } => Some((triangle, place)),
+                _ => None,
+            })
+            .collect();
+        Self { every, closed_form, one_of, choice, place, all_is_seen }
     }
 
     /// Of how many luminaires each sample chooses one; the others are all summed.
@@ -114,6 +144,31 @@ impl Connections {
         !self.one_of.is_empty()
     }
 
+    /// True when the closed form is all the direct light that there is on Lambert's reflectors.
+    pub fn are_known(&self) -> bool {
+        self.has_closed_form() && (self.all_is_seen || !self.are_sampled())
+    }
+
+    /// Density in solid angle (sr⁻¹) with which a connection from `point` would have led along a line that met `target`, a point of
+    /// a triangle, at distance `t` and cosine `cos`. Zero where none ever does.
+    pub fn density(&self, scene: &Scene, point: &SurfacePoint, target: &SurfacePoint, [t, cos]: [f32; 2]) -> f32 {
+        let Some(&place) = self.place.get(&target.triangle) else { return 0.0 };
+        let Luminaire::Triangle { triangle, emission, area } = scene.luminaires[self.one_of[place as usize] as usize]
+        else {
+            return 0.0;
+        };
+        let corners = scene.mesh.corners(triangle);
+        if !Plane::through(corners).lights(point, emission.two_sided) {
+            return 0.0;
+        }
+        let corners = corners.map(|corner| (corner - point.position).as_dvec3());
+        let density = match is_near(&corners, area).then(|| solid_angle(corners.map(DVec3::normalize))).flatten() {
+            Some(sr) => 1.0 / sr as f32,
+            None => t * t / (cos * area),
+        };
+        self.choice.weight(place as usize) as f32 * density
+    }
+
     /// One connection to one of the luminaires that are chosen from, by three numbers in [0, 1); it is unbiased for
     /// all of them. None: the one chosen does not shine there.
     pub fn to_one(&self, scene: &Scene, point: &SurfacePoint, u: [f32; 3]) -> Option<Connection> {
@@ -124,7 +179,8 @@ impl Connections {
         let probability = self.choice.weight(chosen) as f32;
         let luminaire = &scene.luminaires[self.one_of[chosen] as usize];
         let connection = connect(scene, luminaire, point, [u[1], u[2]])?;
-        Some(Connection { light: (1.0 / probability) * connection.light, ..connection })
+        let density = connection.density.map(|density| probability * density);
+        Some(Connection { light: (1.0 / probability) * connection.light, density, ..connection })
     }
 }
 
@@ -146,7 +202,7 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
                 Density::SolidAngle(sr) => sr,
                 Density::Area => facing.abs() * area / segment.length().powi(2) as f32,
             };
-            Some(Connection { wi, light: sr * emission.radiance, segment })
+            Some(Connection { wi, light: sr * emission.radiance, segment, density: Some(1.0 / sr) })
         }
         Luminaire::Point { position, intensity } => punctual(point, position, |_, _| 1.0, intensity),
         Luminaire::Spot { position, direction, intensity, cone } => {
@@ -166,7 +222,8 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
         }
         Luminaire::Directional { direction, irradiance } => {
             let wi = -direction;
-            Some(Connection { wi, light: irradiance, segment: Segment::from_towards(point, wi) })
+            let segment = Segment::from_towards(point, wi);
+            Some(Connection { wi, light: irradiance, segment, density: None })
         }
     }
 }
@@ -181,7 +238,12 @@ fn punctual(
     let segment = Segment::between(point, position)?;
     let (wi, r) = (segment.direction(), segment.length() as f32);
     let profile = profile(-wi, r);
-    (profile > 0.0).then(|| Connection { wi, light: (profile / (r * r)) * intensity, segment })
+    (profile > 0.0).then(|| Connection {
+        wi,
+        light: (profile / (r * r)) * intensity,
+        segment,
+        density: None,
+    })
 }
 
 enum Density {
@@ -207,8 +269,7 @@ fn sample_triangle(
     u: [f32; 2],
 ) -> Option<(SurfacePoint, Density)> {
     let corners = scene.mesh.corners(triangle).map(|corner| (corner - eye).as_dvec3());
-    let nearest = corners.iter().map(|corner| corner.length_squared()).fold(f64::INFINITY, f64::min);
-    if f64::from(area) > NEARLY_CONSTANT * nearest
+    if is_near(&corners, area)
         && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
     {
         let [b1, b2] = barycentrics(corners, direction)?;
@@ -218,17 +279,27 @@ fn sample_triangle(
     Some((scene.mesh.point(triangle, b1, b2, false), Density::Area))
 }
 
+/// True where the solid angle of a triangle is sampled, not its area.
+fn is_near(corners: &[DVec3; 3], area: f32) -> bool {
+    let nearest = corners.iter().map(|corner| corner.length_squared()).fold(f64::INFINITY, f64::min);
+    f64::from(area) > NEARLY_CONSTANT * nearest
+}
+
+/// The solid angle (sr) of a triangle with its corners in these unit directions. None where it is too small to be sampled.
+/// A. Van Oosterom & J. Strackee 1983, "The solid angle of a plane triangle".
+fn solid_angle([a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let six_volumes = a.dot(b.cross(c)).abs();
+    let sr = 2.0 * six_volumes.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+    (sr > SMALLEST_SOLID_ANGLE).then_some(sr)
+}
+
 /// A direction uniform over the solid angle of the triangle `corners` (relative to the eye), and that angle in sr.
 /// J. Arvo 1995, "Stratified sampling of spherical triangles". None where the angle is too small or the eye lies in
 /// the triangle's plane.
 fn sample_spherical_triangle(corners: [DVec3; 3], u: [f32; 2]) -> Option<(DVec3, f64)> {
     let [a, b, c] = corners.map(DVec3::normalize);
-    // A. Van Oosterom & J. Strackee 1983, "The solid angle of a plane triangle".
+    let sr = solid_angle([a, b, c])?;
     let six_volumes = a.dot(b.cross(c)).abs();
-    let sr = 2.0 * six_volumes.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
-    if sr.is_nan() || sr <= SMALLEST_SOLID_ANGLE {
-        return None;
-    }
     // The angle alpha at a.
     let (ab, ca) = (a.cross(b), c.cross(a));
     let scale = 1.0 / (ab.length_squared() * ca.length_squared()).sqrt();

@@ -5,7 +5,7 @@
 //! gather radius blurs the first or leaves the second noisy. The beam of a path tells the two apart from the path alone,
 //! without looking at other photons.
 
-use crate::optics::{Lobe, Normals};
+use crate::optics::{Dielectric, Lobe, Normals};
 use glam::Vec3;
 
 /// The change of a path's place and direction with each of two numbers, of which paths have unit density.
@@ -50,7 +50,18 @@ impl Beam {
         Self { place: spread(self.place), direction: spread(self.direction) }
     }
 
-    /// After a delta lobe; `bend` tells how the shading normal changes with a step along the surface.
+    /// Beside what it was, into directions that have density `pdf_solid_angle` (sr⁻¹) about the unit vector `direction`.
+    pub fn blurred(&self, direction: Vec3, pdf_solid_angle: f32) -> Self {
+        let blur = across(direction, pdf_solid_angle);
+        // Steps are laid along the sum: neither is made shorter.
+        let longer = |i: usize| {
+            let (step, blur) = (self.direction[i], blur[i]);
+            if step.dot(blur) < 0.0 { step - blur } else { step + blur }
+        };
+        Self { place: self.place, direction: [longer(0), longer(1)] }
+    }
+
+    /// After a lobe that turned it, as the mirror or the glass that is meant by it would; `bend` tells how the shading normal changes with a step along the surface.
     pub fn scattered(
         &self,
         lobe: &Lobe,
@@ -62,8 +73,8 @@ impl Beam {
         let normal = side * normals.shading;
         let (c, reflected) = (from.dot(normal), to.dot(normal) > 0.0);
         let eta = match lobe {
-            Lobe::Dielectric(glass) if side > 0.0 => 1.0 / glass.ior,
-            Lobe::Dielectric(glass) => glass.ior,
+            Lobe::Dielectric(Dielectric { ior, .. }) if side > 0.0 => 1.0 / ior,
+            Lobe::Dielectric(Dielectric { ior, .. }) => *ior,
             _ => 1.0,
         };
         if !reflected && eta == 1.0 {
@@ -95,7 +106,7 @@ fn across(direction: Vec3, density: f32) -> [Vec3; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::{Dielectric, Mirror, ThinDielectric, Transport};
+    use crate::optics::{Mirror, ThinDielectric, Transport};
 
     /// A ball that the path meets, and what it does there.
     #[derive(Clone, Copy)]

@@ -259,7 +259,7 @@ impl Population<'_> {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {
                 let [invisible, visible] = chain.reflected(term.coefficient, power);
-                (invisible + visible) * term.lobe.bound()[self.channel]
+                (invisible + visible) * term.lobe.share(&point.normals, from)[self.channel]
             } else {
                 0.0
             }

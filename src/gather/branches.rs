@@ -1,4 +1,5 @@
-//! Where a camera ray goes on from delta lobes: not into one branch chosen at random but, while they matter, into all.
+//! Where a camera ray goes on from delta lobes: not into one branch chosen at random but, while they matter, into all. And from
+//! glossy ones: into one direction of each.
 //!
 //! A glass surface both reflects and refracts. A camera path that tosses a coin shows one of two different pictures in each
 //! pixel and pass; following both costs one more line and removes that noise.
@@ -40,6 +41,8 @@ pub(super) struct Branch<const R: usize> {
     pub sample: Sample,
     /// Its share of the pixel; by roulette no less than [`CERTAIN_SHARE`] or that of the line it came from.
     pub share: f32,
+    /// Density in solid angle (sr⁻¹) with which a glossy lobe chose its direction. None for delta lobes.
+    pub density: Option<f32>,
 }
 
 /// Calls `follow` with the branches of a line at one of the surfaces it crosses.
@@ -57,10 +60,10 @@ pub(super) fn branches<const R: usize>(
 ) {
     let Surface { rows, bsdf, point, wo } = *surface;
     let strength = |term: &Term| -> f32 {
-        if !term.lobe.is_delta() || !term.lobe.responds(&point.normals, wo) {
+        if term.lobe.as_diffuse().is_some() || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
         }
-        rows.iter().map(|row| (*row * term.coefficient * term.lobe.bound()).total()).sum()
+        rows.iter().map(|row| (*row * term.coefficient * term.lobe.share(&point.normals, wo)).total()).sum()
     };
     // What the camera looks at is followed however dark it is; behind it, in proportion to what it passes on.
     let whole: f32 = if parent.delta_chain == 0 {
@@ -75,6 +78,19 @@ pub(super) fn branches<const R: usize>(
             continue;
         }
         let lobe = rays.lobe_at(term.lobe, point);
+        if lobe.is_glossy() {
+            let part = parent.share * (strength / whole);
+            let survival = (part / faintest).min(1.0);
+            if survival < 1.0 && rng.f32() >= survival {
+                continue;
+            }
+            let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else { continue };
+            let weight = sample.weight / survival;
+            let rows = rows.map(|row| row * term.coefficient * weight);
+            let density = sample.pdf.solid_angle();
+            follow(Branch { rows, sample, share: part / survival, density });
+            continue;
+        }
         for sample in lobe.branches(&point.normals, wo, Transport::Gathering).into_iter().flatten() {
             let probability = sample.pdf.value();
             let part = parent.share * probability * (strength / whole);
@@ -85,7 +101,7 @@ pub(super) fn branches<const R: usize>(
             // The sample's weight is that of a branch taken by chance.
             let weight = sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
-            follow(Branch { rows, sample, share: part / survival });
+            follow(Branch { rows, sample, share: part / survival, density: None });
         }
     }
 }

@@ -14,6 +14,7 @@
 
 use super::Pixel;
 use super::plain::Plain;
+use super::reflected;
 use crate::connect::Connection;
 #[cfg(doc)]
 use crate::connect::Connections;
@@ -91,7 +92,7 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
             }
         });
         let whole = match open.term.lobe.as_diffuse() {
-            Some(diffuse) if connections.has_closed_form() => {
+            Some(diffuse) if connections.has_closed_form() && open.term.lobe.is_lambert() => {
                 let f = diffuse.towards(&open.point.normals, open.wo);
                 let light = f * connections.unhidden(&open.point, open.wo);
                 if light.is_zero() {
@@ -101,7 +102,7 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
             }
             _ => [Vec3::ZERO; R],
         };
-        if connections.are_sampled() {
+        if connections.are_sampled() && !(connections.are_known() && open.term.lobe.is_lambert()) {
             let first = self.connection(&open, 0);
             self.open.push(Begun { open, whole, first });
         } else {
@@ -116,14 +117,14 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
         let open = std::mem::take(&mut self.open);
         let mut sampled = std::mem::take(&mut self.sampled);
         sampled.clear();
-        sampled.resize(pixels.len(), [0.0; 2]);
+        sampled.resize(pixels.len(), [0.0; 3]);
         for Begun { open, first, .. } in &open {
-            let [seen, unhidden] = &mut sampled[open.pixel];
-            *seen += first[0].seen.element_sum();
+            let [seen, unhidden, unknown] = &mut sampled[open.pixel];
+            *(if open.term.lobe.is_lambert() { seen } else { unknown }) += first[0].seen.element_sum();
             *unhidden += first[0].unhidden.element_sum();
         }
         let rest = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum());
-        let total: Vec<f32> = rest.zip(&sampled).map(|(rest, [seen, _])| rest + seen).collect();
+        let total: Vec<f32> = rest.zip(&sampled).map(|(rest, [seen, _, unknown])| rest + seen + unknown).collect();
         let advice = advice(&sampled, &total, width);
         for Begun { open, whole, first } in &open {
             let Advice { connections: n, alpha } = advice[open.pixel];
@@ -150,15 +151,14 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
 
     /// The light of a connection that is reflected towards the camera.
     fn look_through(&self, open: &Open<R>, connection: &Connection) -> [Sampled; R] {
-        let normals = &open.point.normals;
-        let f =
-            open.term.lobe.eval(normals, open.wo, connection.wi) * connection.wi.dot(normals.shading).abs();
+        let lobe = &open.term.lobe;
+        let f = reflected(lobe, &open.point, open.wo, connection);
         if f == Vec3::ZERO {
             return [Sampled::default(); R];
         }
         let unhidden: Light = f * connection.light;
         let seen: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
-        let known = self.plan.connections.has_closed_form();
+        let known = self.plan.connections.has_closed_form() && lobe.is_lambert();
         open.rows.map(|row| Sampled {
             seen: row * seen,
             unhidden: if known { row * unhidden } else { Vec3::ZERO },
@@ -166,17 +166,20 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
     }
 }
 
+/// What is summed over pixels.
+const SUMS: usize = 9;
+
 /// For each pixel of a tile, from what the first connections of the pixels around it brought with and without what is in
-/// their way (`sampled`): α is the share that is seen; connections go by the variance of what α leaves, relative to the
+/// their way, and to lobes for which only the first is known (`sampled`): α is the share that is seen; connections go by the variance of what α leaves, relative to the
 /// square of the mean of `total` there.
-fn advice(sampled: &[[f32; 2]], total: &[f32], width: usize) -> Vec<Advice> {
-    // Number, seen, unhidden, their squares and product, total. In f64: each pixel is taken off its own sum again.
-    let sums: Vec<[f64; 7]> = sampled
+fn advice(sampled: &[[f32; 3]], total: &[f32], width: usize) -> Vec<Advice> {
+    // Number, seen, unhidden, their squares and product, total, unknown, its square. In f64: each pixel is taken off its own sum again.
+    let sums: Vec<[f64; SUMS]> = sampled
         .iter()
         .zip(total)
         .map(|(sampled, total)| {
-            let ([v, u], total) = (sampled.map(f64::from), f64::from(*total));
-            [1.0, v, u, v * v, v * u, u * u, total]
+            let ([v, u, w], total) = (sampled.map(f64::from), f64::from(*total));
+            [1.0, v, u, v * v, v * u, u * u, total, w, w * w]
         })
         .collect();
     let around = around(&around(&sums, 1, width), width, sampled.len() / width);
@@ -184,7 +187,7 @@ fn advice(sampled: &[[f32; 2]], total: &[f32], width: usize) -> Vec<Advice> {
         .iter()
         .zip(&sums)
         .map(|(around, own)| {
-            let [n, seen, unhidden, seen_seen, seen_unhidden, unhidden_unhidden, total] =
+            let [n, seen, unhidden, seen_seen, seen_unhidden, unhidden_unhidden, total, unknown, squared] =
                 std::array::from_fn(|i| around[i] - own[i]);
             // In half shadow a difference would gain little and might fall below zero: there is none.
             let share = if unhidden > 0.0 { seen / unhidden } else { 0.0 };
@@ -192,7 +195,8 @@ fn advice(sampled: &[[f32; 2]], total: &[f32], width: usize) -> Vec<Advice> {
             let alike = squares <= ALIKE * seen_seen;
             let (alpha, squares) = if alike { (share, squares) } else { (0.0, seen_seen) };
             let left = seen - alpha * unhidden;
-            let variance = ((n * squares - left * left) / (total * total)) as f32;
+            let sum = (n * squares - left * left) + (n * squared - unknown * unknown);
+            let variance = (sum / (total * total)) as f32;
             // False also where nothing shines.
             let connections = if variance > ENOUGH {
                 let n = (variance / ENOUGH).sqrt().min(MOST as f32);
@@ -206,12 +210,12 @@ fn advice(sampled: &[[f32; 2]], total: &[f32], width: usize) -> Vec<Advice> {
 }
 
 /// Sums over the pixels up to [`REACH`] away along an axis of `count` pixels, neighbours of which are `along` apart.
-fn around(values: &[[f64; 7]], along: usize, count: usize) -> Vec<[f64; 7]> {
+fn around(values: &[[f64; SUMS]], along: usize, count: usize) -> Vec<[f64; SUMS]> {
     let place = |i: usize| i / along % count;
     (0..values.len())
         .map(|i| {
             let (before, behind) = (REACH.min(place(i)), REACH.min(count - 1 - place(i)));
-            let mut sum = [0.0; 7];
+            let mut sum = [0.0; SUMS];
             for k in 0..=before + behind {
                 let value = &values[i + k * along - before * along];
                 sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
@@ -232,9 +236,9 @@ mod tests {
         let sample = |x: usize, y: usize| {
             let u = 1.0 + 0.1 * ((x * 7 + y * 5) % 4) as f32;
             let seen = x < 4 || (x < 8 && (x * 13 + y * 11).is_multiple_of(3));
-            [if seen { u } else { 0.0 }, u]
+            [if seen { u } else { 0.0 }, u, 0.0]
         };
-        let pixels: Vec<[f32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| sample(x, y))).collect();
+        let pixels: Vec<[f32; 3]> = (0..height).flat_map(|y| (0..width).map(move |x| sample(x, y))).collect();
         let total = vec![1.0; pixels.len()];
         let given = advice(&pixels, &total, width);
         assert!((given[0].alpha - 1.0).abs() < 1e-6 && given[0].connections == 1);
@@ -242,7 +246,7 @@ mod tests {
         assert!(given[5].alpha == 0.0 && given[5].connections > 2, "{:?}", given[5]);
         for i in [width + 1, 5, 2 * width + 6, 5 * width + 7] {
             let mut other = pixels.clone();
-            other[i] = [1e3, 3e3];
+            other[i] = [1e3, 3e3, 0.0];
             let other = advice(&other, &total, width);
             assert_eq!(other[i].connections, given[i].connections);
             // In full light its neighbours take note.

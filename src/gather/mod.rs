@@ -14,7 +14,7 @@ mod walk;
 
 pub(crate) use estimate::Tier;
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
-pub(crate) use walk::{Here, Tally, Walk};
+pub(crate) use walk::{Here, Tally, Walk, reflected};
 
 use crate::light::Power;
 use crate::photon::PathClass;

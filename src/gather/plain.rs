@@ -19,7 +19,7 @@ pub(super) struct Plain<'a, P, const R: usize> {
     pixel: usize,
     /// Hits of the tile that may connect more.
     pub open: Vec<Begun<R>>,
-    pub sampled: Vec<[f32; 2]>,
+    pub sampled: Vec<[f32; 3]>,
 }
 
 impl<'a, P: Power, const R: usize> Plain<'a, P, R> {
@@ -60,7 +60,7 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         rng: &mut Rng,
     ) {
         let Here { point, wo, .. } = *here;
-        if self.frame.direct == Direct::Connection {
+        if self.frame.direct == Direct::Connection || term.lobe.is_glossy() {
             let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
             let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, sobol };
             self.connect(open, pixel);

@@ -2,8 +2,9 @@
 
 use super::Pixel;
 use super::branches::{Parent, Surface, branches};
+use crate::connect::Connection;
 use crate::light::{Light, Row};
-use crate::optics::{Bsdf, Normals, Term};
+use crate::optics::{Bsdf, Lobe, Normals, Term};
 use crate::plan::{Frame, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, endurance};
@@ -53,7 +54,26 @@ struct Line<M, const R: usize> {
     mark: M,
     /// Length of the camera path so far, m.
     travelled: f32,
+    /// By how much footprints grow along it beyond those of the camera, m per m.
+    spread: f32,
+    /// Where a glossy lobe chose its direction, which connections might have found too. None: they could not.
+    by_chance: Option<ByChance>,
+    /// It comes from the camera through nothing but delta lobes: what the eye does not see is not there.
+    seen: bool,
 }
+
+/// How a glossy lobe chose a direction.
+#[derive(Clone, Copy)]
+struct ByChance {
+    /// From where.
+    point: SurfacePoint,
+    /// With which density in solid angle, sr⁻¹.
+    density: f32,
+}
+
+/// What a direction of a glossy lobe adds to the footprint at its end: this share of the mean distance of such directions, which
+/// is far less than what the lobe blurs.
+const SPREAD: f32 = 0.01;
 
 /// A point on a line of the camera path, and what is still read there.
 #[derive(Clone, Copy)]
@@ -117,7 +137,16 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         // paper eq. 8: a pixel shows [0 1] L
         let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
         let parent = Parent { rows, delta_chain: 0, share: 1.0 };
-        self.stack.push(Line { origin, direction, parent, mark: T::Mark::default(), travelled: 0.0 });
+        self.stack.push(Line {
+            origin,
+            direction,
+            parent,
+            mark: T::Mark::default(),
+            travelled: 0.0,
+            spread: 0.0,
+            by_chance: None,
+            seen: true,
+        });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, &mut pixel, &mut rng);
         }
@@ -127,7 +156,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     fn look_along(&mut self, line: &Line<T::Mark, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {
         let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
         let mut hits = std::mem::take(&mut self.hits);
-        self.plan.look_along(&ray, &line.parent.rows, &mut hits);
+        self.plan.look_along(&ray, &line.parent.rows, line.seen, &mut hits);
         let (plan, wo) = (self.plan, -line.direction);
         let Parent { mut rows, delta_chain, .. } = line.parent;
         let mut mark = line.mark;
@@ -142,11 +171,13 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
-                self.tally.emitted(&rows, mark, emission.radiance, pixel);
+                let weight = plan.chance_weight(line.by_chance.as_ref(), hit, &point, wo);
+                let seen = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
+                self.tally.emitted(&seen, mark, emission.radiance, pixel);
             }
             if delta_chain < most {
                 let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
-                let footprint = self.view.footprint(travelled, self.film[1]);
+                let footprint = self.view.footprint(travelled, self.film[1]) + line.spread * hit.t;
                 let (rows, point) = (&rows, &point);
                 let here = Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections };
                 self.read_surface(&here, mark, pixel, rng);
@@ -174,10 +205,10 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         }
     }
 
-    /// The row goes on through delta lobes.
+    /// The row goes on through delta lobes and glossy ones.
     fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
         let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
-        if !bsdf.has_delta_lobe() {
+        if !bsdf.is_passed_on() {
             return;
         }
         let survival = endurance(line.parent.delta_chain, CERTAIN_DELTA_CHAIN);
@@ -201,9 +232,42 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 },
                 mark,
                 travelled,
+                spread: line.spread + branch.density.map_or(0.0, |density| SPREAD / density.sqrt()),
+                by_chance: branch.density.map(|density| ByChance { point: *point, density }),
+                seen: line.seen && branch.density.is_none(),
             });
         });
     }
+}
+
+impl Plan {
+    /// Weight of a luminaire at `target` that a line came upon, beside connections from where the line began.
+    fn chance_weight(&self, by_chance: Option<&ByChance>, hit: &Hit, target: &SurfacePoint, wo: Vec3) -> f32 {
+        let Some(ByChance { point, density }) = by_chance else { return 1.0 };
+        let cos = wo.dot(target.normals.geometric).abs();
+        let connected = self.connections.density(&self.scene, point, target, [hit.t, cos]);
+        if connected == 0.0 { 1.0 } else { power_heuristic(*density, connected) }
+    }
+}
+
+/// What `lobe` reflects towards `wo` of a connection, per unit of its light; weighed against the chance of coming upon the
+/// luminaire where the lobe is one that camera paths go on by.
+pub(crate) fn reflected(lobe: &Lobe, point: &SurfacePoint, wo: Vec3, connection: &Connection) -> Vec3 {
+    let Connection { wi, density, .. } = *connection;
+    let f = lobe.eval(&point.normals, wo, wi) * wi.dot(point.normals.shading).abs();
+    match density {
+        Some(density) if lobe.is_glossy() && f != Vec3::ZERO => {
+            f * power_heuristic(density, lobe.pdf(&point.normals, wo, wi))
+        }
+        _ => f,
+    }
+}
+
+/// Weight of a way of density `own` > 0 beside another of density `other`: own² / (own² + other²), Veach 1997, eq. 9.13, written
+/// so that no square overflows before its ratio does.
+fn power_heuristic(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
 }
 
 /// What the first surface looks like.

@@ -108,6 +108,22 @@ impl Lobe {
     }
 }
 
+/// A lobe of less roughness than this makes caustics, and is seen by the light that it gathers in a few directions.
+const NARROW: f32 = 0.25;
+
+impl Lobe {
+    /// True for what is neither a delta lobe nor read from a photon map: camera paths go on by it in one direction that they choose,
+    /// and it is connected to luminaires beside.
+    pub fn is_glossy(&self) -> bool {
+        !self.is_delta() && self.as_diffuse().is_none()
+    }
+
+    /// True for lobes so narrow that what they reflect of a small luminaire is a caustic.
+    pub fn is_narrow(&self) -> bool {
+        self.is_delta() || self.roughness().is_some_and(|roughness| roughness < NARROW)
+    }
+}
+
 /// One term of a matrix BSDF: `coefficient × lobe`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
@@ -134,7 +150,12 @@ impl Bsdf {
         self.terms.iter().any(|term| !term.lobe.is_delta())
     }
 
-    /// True when some term is a delta lobe: camera rays go on through it.
+    /// True when camera rays go on by some term: a delta lobe, or a glossy one.
+    pub fn is_passed_on(&self) -> bool {
+        self.terms.iter().any(|term| term.lobe.as_diffuse().is_none())
+    }
+
+    /// True when some term is a delta lobe.
     pub fn has_delta_lobe(&self) -> bool {
         self.terms.iter().any(|term| term.lobe.is_delta())
     }
@@ -177,4 +198,10 @@ mod tests {
             }
         }
     }
+}
+
+impl Lobe {
+    pub fn share(&self, _: &Normals, _: Vec3) -> Vec3 { self.bound() }
+    pub fn is_lambert(&self) -> bool { self.as_diffuse().is_some() }
+    pub fn roughness(&self) -> Option<f32> { None }
 }

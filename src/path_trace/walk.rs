@@ -258,7 +258,7 @@ impl<const N: usize> Encounter<'_, N> {
     /// A bound of how much a branch by `term` would read.
     fn share(&self, term: &Term) -> f32 {
         if term.lobe.responds(&self.at.normals, self.from) {
-            self.reads.through(term.coefficient).filtered(term.lobe.bound()).total()
+            self.reads.through(term.coefficient).filtered(term.lobe.share(&self.at.normals, self.from)).total()
         } else {
             0.0
         }

@@ -27,29 +27,30 @@ impl Flow {
     /// What flows among `bsdfs`, from what the luminaires of `scene` emit.
     pub fn of(scene: &Scene, invisible_layer: bool) -> Self {
         let bsdfs = || scene.materials.iter().map(|material| &material.bsdf);
-        let terms = |delta: bool| {
-            bsdfs().flat_map(|bsdf| &bsdf.terms).filter(move |term| term.lobe.is_delta() == delta)
-        };
         let all = || bsdfs().flat_map(|bsdf| &bsdf.terms);
+        // Camera rays go on by the others; connections and photons may come by glossy lobes, that are neither Lambert's nor delta.
+        let read = || all().filter(|term| term.lobe.as_diffuse().is_some());
+        let passed_on = || all().filter(|term| term.lobe.as_diffuse().is_none());
+        let finite = || all().filter(|term| !term.lobe.is_delta());
         let before_straights = |set: Components| union(bsdfs().map(|b| set.before(b.straight, Vec3::ONE)));
         let after_straights = |set: Components| union(bsdfs().map(|b| set.after(b.straight, Vec3::ONE)));
 
         let picture = Components::VISIBLE;
         let start = if invisible_layer { picture.or(Components::INVISIBLE) } else { picture };
         let seen = fixed_point(start, |seen| {
-            union(terms(true).map(|term| before(seen, term))).or(before_straights(seen))
+            union(passed_on().map(|term| before(seen, term))).or(before_straights(seen))
         });
-        let gathered = union(terms(false).map(|term| before(seen, term)));
-        let linked = fixed_point(gathered, before_straights);
+        let gathered = union(read().map(|term| before(seen, term)));
+        let linked = fixed_point(union(finite().map(|term| before(seen, term))), before_straights);
         let useful = fixed_point(gathered, |useful| {
             union(all().map(|term| before(useful, term))).or(before_straights(useful))
         });
 
         let emitted = union(scene.luminaires.iter().map(emission));
         let direct = fixed_point(emitted, after_straights);
-        let mirrored = |set: Components| union(terms(true).map(|term| after(set, term)));
+        let mirrored = |set: Components| union(passed_on().map(|term| after(set, term)));
         let caustic = fixed_point(mirrored(direct), |set| mirrored(set).or(after_straights(set)));
-        let scattered = |set: Components| union(terms(false).map(|term| after(set, term)));
+        let scattered = |set: Components| union(finite().map(|term| after(set, term)));
         let indirect = fixed_point(scattered(direct.or(caustic)), |set| {
             scattered(set).or(mirrored(set)).or(after_straights(set))
         });

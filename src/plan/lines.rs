@@ -125,14 +125,11 @@ pub(super) fn closed_form(
 ) -> Vec<u32> {
     let (_, others) = summed_and_others(scene);
     let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { .. });
-    let uniform = |lobe: &Lobe| lobe.is_delta() || lobe.as_diffuse().is_some();
     let lobes = || scene.materials.iter().flat_map(|material| &material.bsdf.terms).map(|term| &term.lobe);
     let asked = settings.direct == Direct::Connection && !settings.atlas;
     let fits = asked && (1..=CLOSED_FORMS).contains(&others.len());
-    if settings.keeps(Omittable::LightSamples)
-        || !fits
-        || !others.iter().all(triangle)
-        || !lobes().all(uniform)
+    if settings.keeps(Omittable::LightSamples) || !fits || !others.iter().all(triangle)
+        || !lobes().any(Lobe::is_lambert)
     {
         return Vec::new();
     }
@@ -183,16 +180,18 @@ impl Plan {
     }
 
     /// The surfaces on a line from the camera, in order, as far as any of `rows` can read: the first alone, where
-    /// nothing lets through what they read. Backs that the eye does not see are not among them.
-    pub fn look_along(&self, ray: &Ray, rows: &[Row], hits: &mut Vec<Hit>) {
+    /// nothing lets through what they read. Of a line that is `seen` backs that the eye does not see are not among them.
+    pub fn look_along(&self, ray: &Ray, rows: &[Row], seen: bool, hits: &mut Vec<Hit>) {
         let Through { invisible, visible } = self.through;
         let goes_through = (invisible && rows.iter().any(|row| row.invisible != Vec3::ZERO))
             || (visible && rows.iter().any(|row| row.visible != Vec3::ZERO));
-        if goes_through {
-            self.rays.crossings_seen(ray, hits);
-        } else {
-            hits.clear();
-            hits.extend(self.rays.closest_seen(ray));
+        match (goes_through, seen) {
+            (true, true) => self.rays.crossings_seen(ray, hits),
+            (true, false) => self.rays.crossings(ray, hits),
+            (false, seen) => {
+                hits.clear();
+                hits.extend(if seen { self.rays.closest_seen(ray) } else { self.rays.closest(ray) });
+            }
         }
     }
 }

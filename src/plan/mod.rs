@@ -25,7 +25,7 @@ pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
 pub use photons::{PerPath, PhotonClasses, PhotonPlan};
 pub use settings::{Direct, LEVELS, Method, Settings};
 
-use crate::connect::Connections;
+use crate::connect::{Connections, Lobes};
 use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
 use crate::scene::{Luminaire, Material, Scene, Surface, SurfacePoint};
@@ -122,7 +122,10 @@ impl Plan {
         let photons = photons::photon_plan(&scene, &flow, settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
         let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
-        let connections = Connections::new(&scene, &closed_form, visibility == Visibility::Everywhere);
+        let terms = || scene.materials.iter().flat_map(|material| &material.bsdf.terms);
+        let all_lambert = terms().all(|term| term.lobe.is_delta() || term.lobe.is_lambert());
+        let lobes = if all_lambert { Lobes::Lambert } else { Lobes::Any };
+        let connections = Connections::new(&scene, &closed_form, visibility == Visibility::Everywhere, lobes);
         Self {
             scene,
             rays,

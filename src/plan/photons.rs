@@ -162,7 +162,7 @@ pub(super) fn photon_plan(
 fn deposits(scene: &Scene, flow: &Flow, settings: &Settings, omissions: &mut Vec<Omission>) -> Vec<bool> {
     let (mut kept, mut dark) = (Vec::with_capacity(scene.materials.len()), Vec::new());
     for material in &scene.materials {
-        let mut finite = material.bsdf.terms.iter().filter(|term| !term.lobe.is_delta());
+        let mut finite = material.bsdf.terms.iter().filter(|term| term.lobe.as_diffuse().is_some());
         let read = finite.any(|term| settings.keeps(Omittable::Deposits) || flow.reads(term));
         if !read {
             dark.push(material.name.as_str());

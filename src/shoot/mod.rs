@@ -9,7 +9,7 @@ pub use lessons::learn_guide;
 
 use crate::emission::{Beam, Emitted, Emitters, Falloff};
 use crate::light::Power;
-use crate::optics::{Bsdf, Normals, Sample, Transport};
+use crate::optics::{Bsdf, Normals, Pdf, Sample, Transport};
 use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
@@ -233,8 +233,8 @@ impl<'a, P: Power> Walk<'a, P> {
         };
         // paper eq. 21: the matrix acts on the light that arrives
         let child = power.through(term.coefficient).filtered(weight).scaled(1.0 / probability);
-        let delta = term.lobe.is_delta();
-        let delta_chain = if delta { line.delta_chain + 1 } else { 0 };
+        let narrow = lobe.is_narrow();
+        let delta_chain = if lobe.is_delta() { line.delta_chain + 1 } else { 0 };
         let forced = endurance(delta_chain, CERTAIN_DELTA_CHAIN);
         // A child survives in proportion to its power, so that photons stay alike. In generations that multiply,
         // the unit grows with them: their number stays the same and their weight grows. In those that hardly fade it
@@ -248,7 +248,7 @@ impl<'a, P: Power> Walk<'a, P> {
             return expected;
         }
         let class =
-            if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
+            if narrow && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
             let smooth = surface.smooth && !geometric;
             let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
@@ -257,7 +257,11 @@ impl<'a, P: Power> Walk<'a, P> {
                 false => Vec3::ZERO,
             };
             let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
-            beam.scattered(&lobe, &normals, [from, to], bend).thinned(probability * pdf.value() * survival)
+            let beam = beam.scattered(&lobe, &normals, [from, to], bend);
+            match pdf {
+                Pdf::Delta(share) => beam.thinned(probability * share * survival),
+                Pdf::SolidAngle(density) => beam.blurred(to, density).thinned(probability * survival),
+            }
         } else {
             line.beam
         };
@@ -299,7 +303,7 @@ fn choose_term<P: Power>(
     let strength = |k: usize| {
         let term = &bsdf.terms[k];
         if term.lobe.responds(&point.normals, from) {
-            power.through(term.coefficient).filtered(term.lobe.bound()).total()
+            power.through(term.coefficient).filtered(term.lobe.share(&point.normals, from)).total()
         } else {
             0.0
         }
