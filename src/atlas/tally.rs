@@ -63,8 +63,9 @@ impl<'a, P: Power> ByOrder<'a, P> {
             if f == Vec3::ZERO || row * connection.light == Vec3::ZERO {
                 return;
             }
-            let (through, crossed) = straight_along(plan, &connection.segment, between);
-            let light: Light = f * (through * connection.light);
+            let absorption = here.absorption(plan, connection.wi);
+            let (through, left, crossed) = straight_along(plan, &connection.segment, absorption, between);
+            let light: Light = (f * left) * (through * connection.light);
             let place = places.of(orders, crossed);
             let seen = row * light;
             kept.add(column, place, seen);
@@ -166,8 +167,13 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
     }
 }
 
-/// What light that travels a connection is multiplied by, and the crossings that it counts.
-fn straight_along(plan: &Plan, segment: &Segment, hits: &mut Vec<Hit>) -> (Matrix, Orders) {
+/// What light that travels a connection is multiplied by, what is left of each colour on the way, and the crossings that it counts.
+fn straight_along(
+    plan: &Plan,
+    segment: &Segment,
+    absorption: Vec3,
+    hits: &mut Vec<Hit>,
+) -> (Matrix, Vec3, Orders) {
     plan.rays.crossings(segment, hits);
     let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
     for hit in hits.iter() {
@@ -175,5 +181,6 @@ fn straight_along(plan: &Plan, segment: &Segment, hits: &mut Vec<Hit>) -> (Matri
         through = through * material.bsdf.straight;
         orders = orders.crossed(material);
     }
-    (through, orders)
+    let left = if plan.rays.absorb() { plan.rays.passed(&plan.scene, segment, absorption).1 } else { Vec3::ONE };
+    (through, left, orders)
 }

@@ -91,7 +91,7 @@ impl Population<'_> {
             let emitted = emitters.emit(1, u);
             let power = [emitted.power.invisible, emitted.power.visible].map(|half| half[self.channel]);
             let (origin, direction) = (emitted.origin, emitted.direction);
-            Photon { origin, direction, power, place: 0, finite: false }.kept([true; 2])
+            Photon { origin, direction, power, place: 0, finite: false, absorption: 0.0 }.kept([true; 2])
         };
         (0..n).filter_map(photon).collect()
     }

@@ -121,6 +121,8 @@ pub(super) struct Photon {
     /// Twice the triangle that it left; one more where it left its back.
     pub(super) place: u32,
     pub(super) finite: bool,
+    /// What absorbs light where it begins, in the channel, m⁻¹.
+    pub(super) absorption: f32,
 }
 
 /// What all batches of one measurement have in common.
@@ -230,13 +232,21 @@ impl Population<'_> {
             self.rays.crossings(&ray, &mut hits);
             seen(&hits);
             let mut power = photon.power;
+            let (mut absorption, mut before) = (photon.absorption, 0.0);
             for hit in &hits {
+                if absorption != 0.0 {
+                    let left = (-absorption * (hit.t - before)).exp();
+                    power = power.map(|half| left * half);
+                }
+                before = hit.t;
                 let smooth = self.scene.surface_of(hit.triangle).smooth;
                 let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, smooth);
-                let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle };
+                let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle, absorption };
                 reflected.extend(self.reflect(&arriving, chain, &point, &mut rng));
-                let bsdf = &self.scene.material_of(hit.triangle).bsdf;
-                power = chain.crossed(bsdf.straight, power);
+                let material = self.scene.material_of(hit.triangle);
+                let beyond = self.rays.absorption_towards(material, &point, photon.direction);
+                absorption = beyond.map_or(absorption, |all| all[self.channel]);
+                power = chain.crossed(material.bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
                 }
@@ -253,8 +263,9 @@ impl Population<'_> {
         point: &SurfacePoint,
         rng: &mut Rng,
     ) -> Option<Photon> {
-        let Arriving { power, from, triangle } = *arriving;
-        let terms = &self.scene.material_of(triangle).bsdf.terms;
+        let Arriving { power, from, triangle, absorption } = *arriving;
+        let material = self.scene.material_of(triangle);
+        let terms = &material.bsdf.terms;
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {
@@ -276,6 +287,10 @@ impl Population<'_> {
             power,
             place: 2 * triangle + u32::from(!point.normals.is_front(sample.to)),
             finite: !term.lobe.is_delta(),
+            absorption: self
+                .rays
+                .absorption_towards(material, point, sample.to)
+                .map_or(absorption, |all| all[self.channel]),
         };
         (photon.total() > 0.0).then_some(photon)
     }
@@ -287,6 +302,8 @@ struct Arriving {
     /// Unit, back along its way.
     from: Vec3,
     triangle: u32,
+    /// In the channel, on the side of `from`, m⁻¹.
+    absorption: f32,
 }
 
 impl Photon {

@@ -43,6 +43,8 @@ pub(super) struct Open<const R: usize> {
     pub term: Term,
     pub point: SurfacePoint,
     pub wo: Vec3,
+    /// What absorbs light on the side of `wo` and behind, m⁻¹.
+    pub absorption: [Vec3; 2],
     /// Its connections are points of this sequence; the first is point zero.
     pub sobol: Sobol<3>,
 }
@@ -157,7 +159,10 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
             return [Sampled::default(); R];
         }
         let unhidden: Light = f * connection.light;
-        let seen: Light = f * (self.plan.visibility_along(&connection.segment) * connection.light);
+        let behind = open.point.normals.is_front(open.wo) != open.point.normals.is_front(connection.wi);
+        let absorption = open.absorption[usize::from(behind)];
+        let (through, left) = self.plan.visibility_along(&connection.segment, absorption);
+        let seen: Light = (f * left) * (through * connection.light);
         let known = self.plan.connections.has_closed_form() && lobe.is_lambert();
         open.rows.map(|row| Sampled {
             seen: row * seen,

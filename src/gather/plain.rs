@@ -62,7 +62,8 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         let Here { point, wo, .. } = *here;
         if self.frame.direct == Direct::Connection || term.lobe.is_glossy() {
             let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
-            let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, sobol };
+            let absorption = [wo, -wo].map(|side| here.absorption(self.plan, side));
+            let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, absorption, sobol };
             self.connect(open, pixel);
         }
         let Some(diffuse) = term.lobe.as_diffuse() else { return };

@@ -6,7 +6,7 @@ use crate::connect::Connection;
 use crate::light::{Light, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term};
 use crate::plan::{Frame, Plan};
-use crate::rays::{Hit, Ray};
+use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, endurance};
 use crate::scene::{Material, SurfacePoint, View};
 use glam::Vec3;
@@ -60,6 +60,8 @@ struct Line<M, const R: usize> {
     by_chance: Option<ByChance>,
     /// It comes from the camera through nothing but delta lobes: what the eye does not see is not there.
     seen: bool,
+    /// What absorbs light where it begins, m⁻¹.
+    absorption: Vec3,
 }
 
 /// How a glossy lobe chose a direction.
@@ -91,6 +93,8 @@ pub(crate) struct Here<'s, const R: usize> {
     pub footprint: f32,
     /// Reflections that light may have had before this surface.
     most_reflections: u32,
+    /// What absorbs light on the side of `wo`, m⁻¹.
+    absorption: Vec3,
 }
 
 impl<const R: usize> Here<'_, R> {
@@ -98,6 +102,11 @@ impl<const R: usize> Here<'_, R> {
     pub fn normal(&self) -> Vec3 {
         let normals = &self.point.normals;
         normals.geometric * if normals.is_front(self.wo) { 1.0 } else { -1.0 }
+    }
+
+    /// What absorbs light on the side of the unit vector `wi`, m⁻¹.
+    pub fn absorption(&self, plan: &Plan, wi: Vec3) -> Vec3 {
+        plan.rays.absorption_towards(self.material, self.point, wi).unwrap_or(self.absorption)
     }
 
     /// Reflections that light may have had before this surface, as photons count theirs.
@@ -146,6 +155,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             spread: 0.0,
             by_chance: None,
             seen: true,
+            absorption: Vec3::ZERO,
         });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, &mut pixel, &mut rng);
@@ -161,8 +171,14 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let Parent { mut rows, delta_chain, .. } = line.parent;
         let mut mark = line.mark;
         let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
+        let (mut absorption, mut before) = (line.absorption, 0.0);
         for hit in &hits {
             let (_, material, point) = plan.matter_at(hit);
+            if absorption != Vec3::ZERO {
+                let left = left_of(absorption, hit.t - before);
+                rows = rows.map(|row| row * left);
+            }
+            before = hit.t;
             let bsdf: &Bsdf = &material.at(&point);
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
@@ -179,12 +195,14 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
                 let footprint = self.view.footprint(travelled, self.film[1]) + line.spread * hit.t;
                 let (rows, point) = (&rows, &point);
-                let here = Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections };
+                let here =
+                    Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections, absorption };
                 self.read_surface(&here, mark, pixel, rng);
                 self.pass_on(&here, line, mark, rng);
             }
             rows = rows.map(|row| row * bsdf.straight);
             mark = T::crossed(mark, material);
+            absorption = plan.rays.absorption_towards(material, &point, -wo).unwrap_or(absorption);
             if rows.iter().all(|row| row.is_zero()) {
                 break;
             }
@@ -207,7 +225,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
 
     /// The row goes on through delta lobes and glossy ones.
     fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
-        let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
+        let Here { rows, material, bsdf, point, wo, travelled, absorption, .. } = *here;
         if !bsdf.is_passed_on() {
             return;
         }
@@ -235,6 +253,10 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 spread: line.spread + branch.density.map_or(0.0, |density| SPREAD / density.sqrt()),
                 by_chance: branch.density.map(|density| ByChance { point: *point, density }),
                 seen: line.seen && branch.density.is_none(),
+                absorption: plan
+                    .rays
+                    .absorption_towards(material, point, branch.sample.to)
+                    .unwrap_or(absorption),
             });
         });
     }

@@ -118,6 +118,11 @@ impl Lobe {
         !self.is_delta() && self.as_diffuse().is_none()
     }
 
+    /// True for the interface of a solid: the body is behind its back.
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Dielectric(_))
+    }
+
     /// True for lobes so narrow that what they reflect of a small luminaire is a caustic.
     pub fn is_narrow(&self) -> bool {
         self.is_delta() || self.roughness().is_some_and(|roughness| roughness < NARROW)

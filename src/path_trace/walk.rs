@@ -4,9 +4,9 @@ use super::population::{LONG, Population, unit_at_first};
 use super::reads::Reads;
 use crate::light::Light;
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
-use crate::rays::{Hit, Ray, Rays};
+use crate::rays::{Hit, Ray, Rays, left_of};
 use crate::sampling::endurance;
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{Material, Scene, SurfacePoint};
 use glam::Vec3;
 use std::ops::AddAssign;
 
@@ -46,6 +46,8 @@ pub(super) struct Line<const N: usize> {
     compression: f32,
     /// Density in solid angle with which the direction was chosen, None where a connection had no chance of it.
     pdf_solid_angle: Option<f32>,
+    /// What absorbs light where it begins, m⁻¹.
+    absorption: Vec3,
 }
 
 /// What one camera sample reads.
@@ -71,10 +73,13 @@ struct Encounter<'a, const N: usize> {
     at: SurfacePoint,
     /// Unit, back along the line.
     from: Vec3,
+    material: &'a Material,
     bsdf: &'a Bsdf,
     /// Before this surface's matrix.
     reads: Reads<N>,
     line: &'a Line<N>,
+    /// What absorbs light on the side of `from`, m⁻¹.
+    absorption: Vec3,
 }
 
 impl<'a> Walk<'a> {
@@ -117,6 +122,7 @@ impl<'a> Walk<'a> {
             seen: looker == Looker::Camera,
             compression: 1.0,
             pdf_solid_angle: None,
+            absorption: Vec3::ZERO,
         };
         scratch.lines.push(camera);
         while let Some(line) = scratch.lines.pop() {
@@ -138,9 +144,14 @@ impl<'a> Walk<'a> {
     ) {
         self.cross(line, &mut scratch.hits);
         let mut reads = line.reads;
+        let (mut absorption, mut before) = (line.absorption, 0.0);
         for hit in &scratch.hits {
             let surface = self.scene.surface_of(hit.triangle);
             let material = &self.scene.materials[surface.material as usize];
+            if absorption != Vec3::ZERO {
+                reads = reads.filtered(left_of(absorption, hit.t - before));
+            }
+            before = hit.t;
             let scatters = line.reflections < self.max_reflections
                 && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());
             if scatters || material.emission.is_some() {
@@ -154,10 +165,15 @@ impl<'a> Walk<'a> {
                     }
                 }
                 if scatters {
-                    let encounter = Encounter { at, from, bsdf: &material.bsdf, reads, line };
+                    let encounter = Encounter { at, from, material, bsdf: &material.bsdf, reads, line, absorption };
                     let child = self.encounter(&encounter, reading, population, numbers);
                     scratch.lines.extend(child);
                 }
+            }
+            if self.rays.absorb() && material.is_solid() {
+                let at = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
+                let beyond = self.rays.absorption_towards(material, &at, line.direction);
+                absorption = beyond.unwrap_or(absorption);
             }
             reads = reads.through(material.bsdf.straight);
             if reads.is_zero() {
@@ -218,7 +234,8 @@ impl<'a> Walk<'a> {
         let term = Term { lobe: self.rays.lobe_at(term.lobe, &encounter.at), ..*term };
         let child = encounter.branch(&term, reads, probability, endurance, numbers)?;
         population.grow();
-        Some(Line { unit, ..child })
+        let absorption = self.absorption(encounter, child.direction);
+        Some(Line { unit, absorption, ..child })
     }
 
     /// Next-event estimation: what a random luminaire sends here, through whatever lies between.
@@ -247,10 +264,20 @@ impl<'a> Walk<'a> {
                 let by_chance = encounter.share(term) / shares * term.lobe.pdf(normals, from, to);
                 power_heuristic(by_connection, by_chance)
             });
-            let between = *between.get_or_insert_with(|| self.rays.transmittance(connection.segment));
-            let reads = reads.through(between).scaled(weight);
+            let (between, left) = *between.get_or_insert_with(|| {
+                self.rays.passed(self.scene, &connection.segment, self.absorption(encounter, to))
+            });
+            let reads = reads.through(between).filtered(left).scaled(weight);
             reading.add(reads, connection.light, encounter.line.reflections + 1);
         }
+    }
+}
+
+impl Walk<'_> {
+    /// What absorbs light on the side `out` of an encounter, m⁻¹.
+    fn absorption<const N: usize>(&self, encounter: &Encounter<'_, N>, out: Vec3) -> Vec3 {
+        let beyond = self.rays.absorption_towards(encounter.material, &encounter.at, out);
+        beyond.unwrap_or(encounter.absorption)
     }
 }
 
@@ -314,6 +341,7 @@ impl<const N: usize> Encounter<'_, N> {
             seen: self.line.seen && term.lobe.is_delta(),
             compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
             pdf_solid_angle: sample.pdf.solid_angle().map(|density| probability * density),
+            absorption: self.absorption,
         })
     }
 }

@@ -148,12 +148,17 @@ pub(super) fn closed_form(
 const LOOKS: u32 = 32;
 
 impl Plan {
-    /// What light that travels a connection is multiplied by: the ordered product of the straight matrices.
-    pub fn visibility_along(&self, segment: &Segment) -> Matrix {
-        match self.visibility {
+    /// What light that travels a connection is multiplied by: the ordered product of the straight matrices, and what is left of each
+    /// colour on the way; `absorption` (m⁻¹) is that where it arrives.
+    pub fn visibility_along(&self, segment: &Segment, absorption: Vec3) -> (Matrix, Vec3) {
+        if self.rays.absorb() {
+            return self.rays.passed(&self.scene, segment, absorption);
+        }
+        let through = match self.visibility {
             Visibility::Everywhere => Matrix::IDENTITY,
             Visibility::Transmittance => self.casters.as_ref().unwrap_or(&self.rays).transmittance(segment),
-        }
+        };
+        (through, Vec3::ONE)
     }
 
     /// Names of surfaces through whose backs the camera looks, as far as a grid of lines finds them.

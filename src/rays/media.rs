@@ -41,6 +41,8 @@ pub(super) struct Media {
 struct Solid {
     /// Of its material against air.
     glass: Dielectric,
+    /// Of the body, m⁻¹.
+    absorption: Vec3,
     material: u32,
     /// Volume, m³; of open surfaces that of their bounding box, infinity where that is flat.
     size: f64,
@@ -103,6 +105,7 @@ impl Media {
             through: super::Through::Everything,
             level,
             media: None,
+            absorbs: false,
         };
         let bounds: Vec<Bounds> = (0..triangles.len() as u32).map(|i| Bounds::of(mesh.corners(i))).collect();
         let touching = touching(&bounds, &solid);
@@ -127,18 +130,38 @@ impl Media {
         }
     }
 
+    /// What absorbs on the side of the unit vector `out` of a face of glass, m⁻¹; `own`: what its material does behind it.
+    pub fn absorption(&self, own: Vec3, point: &SurfacePoint, out: Vec3) -> Vec3 {
+        let front = point.normals.is_front(out);
+        let solid = match &self.faces[point.triangle as usize] {
+            Face::Alone if front => return Vec3::ZERO,
+            Face::Alone => return own,
+            Face::Same(triangle, _) => self.solid[*triangle as usize],
+            Face::Ask(solid) => *solid,
+        };
+        let bubble = self.solids[solid as usize].bubble;
+        let there = self.beside(solid, point, if front { bubble } else { !bubble }, out);
+        self.displacing(&there).map_or(Vec3::ZERO, |solid| {
+            let solid = &self.solids[solid as usize];
+            if solid.bubble { Vec3::ZERO } else { solid.absorption }
+        })
+    }
+
+    /// The solids on the side `out` of a face of the solid `own`, which is among them if it is `own_there`: which side of its own
+    /// face a solid is on is not a matter of counting.
+    fn beside(&self, own: u32, point: &SurfacePoint, own_there: bool, out: Vec3) -> Vec<u32> {
+        let mut there = self.containing(point.origin_towards(out), out);
+        there.retain(|&known| known != own);
+        there.extend(own_there.then_some(own));
+        there
+    }
+
     /// The interface at a face of the solid `own`. A hidden face, the same medium on both sides, is no interface.
     fn between(&self, own: u32, point: &SurfacePoint) -> Dielectric {
         let normal = point.normals.geometric;
         let solid = &self.solids[own as usize];
-        // Which side of its own face a solid is on is not a matter of counting.
         let sides = [(normal, solid.bubble), (-normal, !solid.bubble)];
-        let [front, back] = sides.map(|(out, own_there)| {
-            let mut there = self.containing(point.origin_towards(out), out);
-            there.retain(|&known| known != own);
-            there.extend(own_there.then_some(own));
-            there
-        });
+        let [front, back] = sides.map(|(out, own_there)| self.beside(own, point, own_there, out));
         let (outer, inner) = (self.displacing(&front), self.displacing(&back));
         let same_glass = |a: u32, b: u32| {
             let (a, b) = (&self.solids[a as usize], &self.solids[b as usize]);
@@ -202,7 +225,9 @@ impl Solid {
                 })?;
                 let mut add = || {
                     let material = surface.material;
-                    solids.push(Self { glass, material, size: 0.0, bubble: false, bounds: Bounds::EMPTY });
+                    let absorption = scene.materials[material as usize].absorption;
+                    let (size, bounds) = (0.0, Bounds::EMPTY);
+                    solids.push(Self { glass, absorption, material, size, bubble: false, bounds });
                     solids.len() as u32 - 1
                 };
                 Some(if surface.closed { add() } else { *open.entry(surface.material).or_insert_with(add) })

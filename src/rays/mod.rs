@@ -32,6 +32,12 @@ use std::cell::RefCell;
 use visit::{Any, Closest, Passed, Product, Seen, UpToBlocker};
 use walk::{Visit, walk};
 
+/// What is left of light that goes `distance` (m) through what absorbs it: Beer's and Lambert's law, for each colour.
+#[inline]
+pub fn left_of(absorption: Vec3, distance: f32) -> Vec3 {
+    if absorption == Vec3::ZERO { Vec3::ONE } else { (-absorption * distance).map(f32::exp) }
+}
+
 /// A half-line or segment: points `origin + t * direction` with 0 < t < `t_max`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
@@ -84,6 +90,8 @@ pub struct Rays {
     level: Level,
     /// None: air surrounds every solid of glass.
     media: Option<Box<Media>>,
+    /// Some body absorbs light on its way.
+    absorbs: bool,
 }
 
 thread_local! {
@@ -141,7 +149,11 @@ impl Rays {
             Through::Ordered
         };
         let media = Media::of(scene, level).map(Box::new);
-        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media }
+        let absorbs = scene.surfaces.iter().any(|surface| {
+            let material = &scene.materials[surface.material as usize];
+            material.absorption != Vec3::ZERO && material.is_solid()
+        });
+        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media, absorbs }
     }
 
     /// The same index that also asks about the surroundings of solids that nothing but air surrounds.
@@ -161,6 +173,52 @@ impl Rays {
             (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point)),
             _ => lobe,
         }
+    }
+
+    /// True where some body absorbs light on its way.
+    pub fn absorb(&self) -> bool {
+        self.absorbs
+    }
+
+    /// What absorbs light on the side of the unit vector `out` of a surface, m⁻¹. None: what is there is on both sides of it, or
+    /// nothing absorbs anywhere.
+    #[inline(always)]
+    pub fn absorption_towards(&self, material: &Material, point: &SurfacePoint, out: Vec3) -> Option<Vec3> {
+        if !self.absorbs || !material.is_solid() {
+            return None;
+        }
+        Some(match &self.media {
+            Some(media) => media.absorption(material.absorption, point, out),
+            None if point.normals.is_front(out) => Vec3::ZERO,
+            None => material.absorption,
+        })
+    }
+
+    /// What light that travels a [`Segment`] from its far end to its origin is multiplied by: the ordered product of the straight
+    /// matrices, and what is left of each colour where `absorption` (m⁻¹) is that at the origin.
+    ///
+    /// What absorbs is a matter of the place alone: also for light that goes straight into a body.
+    pub fn passed(&self, scene: &Scene, segment: &Segment, absorption: Vec3) -> (Matrix, Vec3) {
+        if !self.absorbs {
+            return (self.transmittance(segment), Vec3::ONE);
+        }
+        let (length, direction) = (segment.length() as f32, segment.direction());
+        let mut hits = Vec::new();
+        self.crossings(segment, &mut hits);
+        let (mut matrix, mut left) = (Matrix::IDENTITY, Vec3::ONE);
+        let (mut absorption, mut before) = (absorption, 0.0);
+        for hit in &hits {
+            let material = scene.material_of(hit.triangle);
+            matrix = matrix * material.bsdf.straight;
+            if matrix.is_zero() {
+                return (matrix, Vec3::ZERO);
+            }
+            left *= left_of(absorption, (hit.t - before) * length);
+            let point = scene.mesh.point(hit.triangle, hit.u, hit.v, false);
+            absorption = self.absorption_towards(material, &point, direction).unwrap_or(absorption);
+            before = hit.t;
+        }
+        (matrix, left * left_of(absorption, (segment.end as f32 - before) * length))
     }
 
     /// The same index, whose answers are found as if anything might go through any surface.

@@ -42,6 +42,9 @@ fn check_material(material: &Material) -> Result<(), Reason> {
             return Err(format!("its ior is {ior}; a refractive index is above 0, such as 1.5"));
         }
     }
+    if !is_colour(material.absorption) {
+        return Err(format!("its absorption {} is negative or not finite", material.absorption));
+    }
     material.opaque.into_iter().chain(material.straight).try_for_each(check_matrix)?;
     material.illumination.map_or(Ok(()), check_illumination)?;
     material.emission.map_or(Ok(()), |emission| check_light("its emission", emission.radiance))

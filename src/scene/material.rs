@@ -22,6 +22,9 @@ pub struct Material {
     pub emission: Option<Emission>,
     /// What its backs are to rays.
     pub backs: Backs,
+    /// Of the body that it encloses, if it is solid glass: the coefficient by which light is absorbed on its way, linear RGB, m⁻¹
+    /// (Beer and Lambert: exp(−absorption × distance) is left).
+    pub absorption: Vec3,
     /// The resolved matrix BSDF.
     pub(crate) bsdf: Bsdf,
     /// The illumination that `bsdf` was resolved from, in words.
@@ -61,6 +64,7 @@ impl Material {
             straight: None,
             emission: None,
             backs: Backs::Seen,
+            absorption: Vec3::ZERO,
             bsdf: Bsdf::default(),
             resolved: String::new(),
             follows: Follows::default(),
@@ -86,6 +90,12 @@ impl Material {
     #[must_use]
     pub fn with_illumination(self, illumination: Illumination) -> Self {
         Self { illumination: Some(illumination), ..self }
+    }
+
+    /// With a body that absorbs light on its way through it, m⁻¹, linear RGB; for solid glass.
+    #[must_use]
+    pub fn with_absorption(self, absorption: Vec3) -> Self {
+        Self { absorption, ..self }
     }
 
     /// With its own matrix of what it reflects: rows, finite and not negative.
@@ -120,6 +130,11 @@ impl Material {
     /// The illumination that the BSDF was resolved from, in words; empty before.
     pub fn resolved(&self) -> &str {
         &self.resolved
+    }
+
+    /// True for glass that encloses a body.
+    pub fn is_solid(&self) -> bool {
+        self.bsdf.terms.iter().any(|term| term.lobe.is_solid())
     }
 
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.

@@ -12,7 +12,7 @@ use crate::light::Power;
 use crate::optics::{Bsdf, Normals, Pdf, Sample, Transport};
 use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
-use crate::rays::{Hit, Ray};
+use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
 use crate::scene::{Material, Surface, SurfacePoint};
 use crowd::Crowd;
@@ -94,6 +94,8 @@ struct Line<P> {
     orders: Orders,
     /// Of no use once the class is [`PathClass::Indirect`].
     beam: Beam,
+    /// What absorbs light where it begins, m⁻¹.
+    absorption: Vec3,
 }
 
 /// Where a line met matter.
@@ -146,6 +148,7 @@ impl<'a, P: Power> Walk<'a, P> {
             class: PathClass::Direct,
             orders: Orders::default(),
             beam,
+            absorption: Vec3::ZERO,
         });
         self.crowd.lines = 0;
         while let Some(line) = self.stack.pop() {
@@ -165,8 +168,15 @@ impl<'a, P: Power> Walk<'a, P> {
         self.plan.rays.crossings(&ray, &mut hits);
         self.photons.ledger.lines += 1;
         let mut power = line.power;
+        let mut before = 0.0;
         for hit in &hits {
             let (surface, material, point) = self.plan.matter_at(hit);
+            if line.absorption != Vec3::ZERO {
+                let whole = power;
+                power = power.filtered(left_of(line.absorption, hit.t - before));
+                self.photons.ledger.absorbed += f64::from(whole.total()) - f64::from(power.total());
+            }
+            before = hit.t;
             let bsdf: &Bsdf = &material.at(&point);
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[surface.material as usize]
@@ -180,6 +190,8 @@ impl<'a, P: Power> Walk<'a, P> {
             self.account(power, sent_on, straight);
             power = straight;
             line.orders = line.orders.crossed(material);
+            let beyond = self.plan.rays.absorption_towards(material, &point, line.direction);
+            line.absorption = beyond.unwrap_or(line.absorption);
             if power.total() == 0.0 {
                 break;
             }
@@ -277,6 +289,7 @@ impl<'a, P: Power> Walk<'a, P> {
             class,
             orders,
             beam,
+            absorption: self.plan.rays.absorption_towards(material, point, to).unwrap_or(line.absorption),
         });
         expected
     }
