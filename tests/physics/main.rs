@@ -1,6 +1,7 @@
 //! Closed forms. Each test also shows that it can fail: it rejects an answer off by 2 %.
 
 mod support;
+mod volume;
 
 mod agreement;
 mod area_light;

@@ -18,6 +18,7 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
     let size = scale as f32;
     scene.mesh.positions.iter_mut().for_each(|p| *p = place(*p));
     scene.mesh.normals.iter_mut().for_each(|n| *n = turned(*n).normalize());
+    scene.materials.iter_mut().for_each(|material| material.absorption /= size);
     let camera = &mut scene.camera;
     camera.position = place(camera.position);
     [camera.right, camera.up, camera.forward] = [camera.right, camera.up, camera.forward].map(turned);

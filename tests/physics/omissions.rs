@@ -4,7 +4,7 @@
 use crate::agreement::{cornell, mixed};
 use crate::support::{Build, diffuse, glow, look};
 use glam::Vec3;
-use halflight::connect::Connections;
+use halflight::connect::{Connections, Lobes};
 use halflight::film::{Film, Layer};
 use halflight::light::{Light, Matrix};
 use halflight::measure::{Estimate, agreement};
@@ -394,7 +394,7 @@ fn a_lamp_that_lights_what_is_out_of_sight_and_lights_what_is_in_sight() {
     same_within_noise("converted", &right, &film(&Plan::new(scene.clone(), everything), 200));
     let mut dark = Plan::new(scene, settings);
     dark.scene.luminaires.remove(0);
-    dark.connections = Connections::new(&dark.scene, &[], false);
+    dark.connections = Connections::new(&dark.scene, &[], false, Lobes::Lambert);
     different("without the lamp", &right, &film(&dark, 200));
 }
 
