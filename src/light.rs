@@ -44,6 +44,11 @@ impl Light {
         Self { invisible: rgb, visible: rgb }
     }
 
+    /// What there is of each colour, both halves together.
+    pub fn colours(self) -> Vec3 {
+        self.invisible + self.visible
+    }
+
     /// The sum of all six components: what "power" means where one number must choose (roulette, lobe choice).
     pub fn total(self) -> f32 {
         (self.invisible + self.visible).element_sum()
@@ -190,6 +195,11 @@ impl Row {
     /// True when all six components are exactly zero: nothing beyond can be read.
     pub fn is_zero(self) -> bool {
         self == Self::ZERO
+    }
+
+    /// What is read of each colour, both halves together.
+    pub fn colours(self) -> Vec3 {
+        self.invisible + self.visible
     }
 
     /// The sum of all six weights: how much this row still reads, as one number.

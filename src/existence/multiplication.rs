@@ -277,7 +277,7 @@ impl Population<'_> {
         };
         let (index, probability) = choose(terms.len(), strength, rng.f32())?;
         let term = &terms[index];
-        let lobe = self.rays.lobe_at(term.lobe, point);
+        let lobe = self.rays.lobe_of_colour(term.lobe, material, point, self.channel);
         let sample = lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
         let factor = sample.weight[self.channel] / probability;
         let power = chain.crossed(term.coefficient, power).map(|half| half * factor);

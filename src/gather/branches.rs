@@ -8,7 +8,7 @@ use crate::light::Row;
 use crate::optics::{Bsdf, Sample, Term, Transport};
 use crate::rays::Rays;
 use crate::sampling::Rng;
-use crate::scene::SurfacePoint;
+use crate::scene::{Material, SurfacePoint};
 use glam::Vec3;
 
 /// Branches that carry at least this share of a pixel are followed for certain; fainter ones by roulette in proportion.
@@ -28,6 +28,7 @@ pub(super) struct Parent<const R: usize> {
 pub(super) struct Surface<'a, const R: usize> {
     /// What is read there.
     pub rows: [Row; R],
+    pub material: &'a Material,
     pub bsdf: &'a Bsdf,
     pub point: &'a SurfacePoint,
     pub wo: Vec3,
@@ -58,7 +59,7 @@ pub(super) fn branches<const R: usize>(
     rng: &mut Rng,
     mut follow: impl FnMut(Branch<R>),
 ) {
-    let Surface { rows, bsdf, point, wo } = *surface;
+    let Surface { rows, material, bsdf, point, wo } = *surface;
     let strength = |term: &Term| -> f32 {
         if term.lobe.as_diffuse().is_some() || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
@@ -77,7 +78,8 @@ pub(super) fn branches<const R: usize>(
         if strength == 0.0 {
             continue;
         }
-        let lobe = rays.lobe_at(term.lobe, point);
+        let carried = || rows.iter().map(|row| row.colours()).sum();
+        let (lobe, filter) = rays.lobe_for(term.lobe, material, point, carried, || rng.f32());
         if lobe.is_glossy() {
             let part = parent.share * (strength / whole);
             let survival = (part / faintest).min(1.0);
@@ -85,7 +87,7 @@ pub(super) fn branches<const R: usize>(
                 continue;
             }
             let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else { continue };
-            let weight = sample.weight / survival;
+            let weight = filter * sample.weight / survival;
             let rows = rows.map(|row| row * term.coefficient * weight);
             let density = sample.pdf.solid_angle();
             follow(Branch { rows, sample, share: part / survival, density });
@@ -99,7 +101,7 @@ pub(super) fn branches<const R: usize>(
                 continue;
             }
             // The sample's weight is that of a branch taken by chance.
-            let weight = sample.weight * (probability / survival);
+            let weight = filter * sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
             follow(Branch { rows, sample, share: part / survival, density: None });
         }

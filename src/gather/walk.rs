@@ -235,7 +235,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         }
         let Self { plan, tally, growth, stack, .. } = self;
         let mark = T::reflected(mark, rows, material);
-        let surface = Surface { rows: *rows, bsdf, point, wo };
+        let surface = Surface { rows: *rows, material, bsdf, point, wo };
         branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
             if !tally.wants(mark) {
                 return;

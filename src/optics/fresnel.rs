@@ -31,6 +31,16 @@ pub fn refract(from: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
     Some((-from / eta + (cos_from / eta - cos_to) * normal).normalize())
 }
 
+/// The refractive index of one colour (0 red, 1 green, 2 blue) of glass with this `dispersion`, 20 over Abbe's number V: the index
+/// is that of green, and n_blue − n_red = (n − 1) / V (KHR_materials_dispersion). None: that of all alike.
+pub fn dispersed(ior: f32, dispersion: f32, colour: Option<usize>) -> f32 {
+    let half_spread = (ior - 1.0) * 0.025 * dispersion;
+    match colour {
+        Some(colour) => ior + (colour as f32 - 1.0) * half_spread,
+        None => ior,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,7 +21,7 @@ mod thin_dielectric;
 pub use bsdf::{Bsdf, Lobe, Term};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
-pub use fresnel::{fresnel_dielectric, refract};
+pub use fresnel::{dispersed, fresnel_dielectric, refract};
 pub use mirror::Mirror;
 pub use normals::Normals;
 pub use thin_dielectric::ThinDielectric;

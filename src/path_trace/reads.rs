@@ -45,6 +45,11 @@ impl<const N: usize> Reads<N> {
         self.0.iter().map(|row| row.total()).sum()
     }
 
+    /// What is read of each colour.
+    pub fn colours(self) -> Vec3 {
+        self.0.iter().map(|row| row.colours()).sum()
+    }
+
     /// True when nothing is read.
     pub fn is_zero(self) -> bool {
         self.0.iter().all(|row| row.is_zero())

@@ -231,8 +231,11 @@ impl<'a> Walk<'a> {
             return None;
         }
         let (term, probability) = encounter.choose(shares, numbers)?;
-        let term = Term { lobe: self.rays.lobe_at(term.lobe, &encounter.at), ..*term };
-        let child = encounter.branch(&term, reads, probability, endurance, numbers)?;
+        let carried = || reads.colours();
+        let (lobe, filter) =
+            self.rays.lobe_for(term.lobe, encounter.material, &encounter.at, carried, || numbers.one());
+        let term = Term { lobe, ..*term };
+        let child = encounter.branch(&term, reads.filtered(filter), probability, endurance, numbers)?;
         population.grow();
         let absorption = self.absorption(encounter, child.direction);
         Some(Line { unit, absorption, ..child })

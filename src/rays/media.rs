@@ -15,8 +15,8 @@
 use super::touching::{Bounds, touching};
 use super::{Hit, Ray, Rays, Tree};
 use crate::light::Matrix;
-use crate::optics::{Dielectric, Lobe};
-use crate::scene::{Mesh, Scene, SurfacePoint};
+use crate::optics::{Dielectric, Lobe, dispersed};
+use crate::scene::{Material, Mesh, Scene, SurfacePoint};
 use fearless_simd::Level;
 use glam::Vec3;
 use std::cell::RefCell;
@@ -43,6 +43,7 @@ struct Solid {
     glass: Dielectric,
     /// Of the body, m⁻¹.
     absorption: Vec3,
+    dispersion: f32,
     material: u32,
     /// Volume, m³; of open surfaces that of their bounding box, infinity where that is flat.
     size: f64,
@@ -56,9 +57,17 @@ enum Face {
     /// It belongs to no solid, or to one that has no others about it.
     Alone,
     /// This one of those triangles, which no other solid touches: the same on all of it, and asked when light first meets it.
-    Same(u32, OnceLock<Dielectric>),
+    Same(u32, OnceLock<Sides>),
     /// A face of this solid that others touch.
     Ask(u32),
+}
+
+/// The solids whose matter is on the two sides of a face of the solid `own`; None: air.
+#[derive(Clone, Copy)]
+struct Sides {
+    outer: Option<u32>,
+    inner: Option<u32>,
+    own: u32,
 }
 
 thread_local! {
@@ -106,6 +115,7 @@ impl Media {
             level,
             media: None,
             absorbs: false,
+            disperse: false,
         };
         let bounds: Vec<Bounds> = (0..triangles.len() as u32).map(|i| Bounds::of(mesh.corners(i))).collect();
         let touching = touching(&bounds, &solid);
@@ -117,52 +127,54 @@ impl Media {
         Self { solids, mesh, rays, solid, faces }
     }
 
-    /// `glass`, a face's own against air, as the interface that it is at `point`.
-    pub fn interface(&self, glass: Dielectric, point: &SurfacePoint) -> Dielectric {
-        match &self.faces[point.triangle as usize] {
-            Face::Alone => glass,
-            Face::Same(triangle, interface) => *interface.get_or_init(|| {
-                // At its middle, whoever asks first.
-                let middle = self.mesh.point(*triangle, 1.0 / 3.0, 1.0 / 3.0, false);
-                self.between(self.solid[*triangle as usize], &middle)
-            }),
-            Face::Ask(solid) => self.between(*solid, point),
-        }
+    /// `glass`, a face's own against air, as the interface that it is at `point` for light of one colour; None: for all alike.
+    pub fn interface(&self, glass: Dielectric, point: &SurfacePoint, colour: Option<usize>) -> Dielectric {
+        self.sides(point).map_or(glass, |sides| self.between(sides, colour))
     }
 
     /// What absorbs on the side of the unit vector `out` of a face of glass, m⁻¹; `own`: what its material does behind it.
     pub fn absorption(&self, own: Vec3, point: &SurfacePoint, out: Vec3) -> Vec3 {
         let front = point.normals.is_front(out);
-        let solid = match &self.faces[point.triangle as usize] {
-            Face::Alone if front => return Vec3::ZERO,
-            Face::Alone => return own,
-            Face::Same(triangle, _) => self.solid[*triangle as usize],
-            Face::Ask(solid) => *solid,
-        };
-        let bubble = self.solids[solid as usize].bubble;
-        let there = self.beside(solid, point, if front { bubble } else { !bubble }, out);
-        self.displacing(&there).map_or(Vec3::ZERO, |solid| {
-            let solid = &self.solids[solid as usize];
-            if solid.bubble { Vec3::ZERO } else { solid.absorption }
-        })
+        match self.sides(point) {
+            Some(Sides { outer, inner, .. }) => {
+                let there = if front { outer } else { inner }.map(|solid| &self.solids[solid as usize]);
+                there.filter(|solid| !solid.bubble).map_or(Vec3::ZERO, |solid| solid.absorption)
+            }
+            None if front => Vec3::ZERO,
+            None => own,
+        }
     }
 
-    /// The solids on the side `out` of a face of the solid `own`, which is among them if it is `own_there`: which side of its own
-    /// face a solid is on is not a matter of counting.
-    fn beside(&self, own: u32, point: &SurfacePoint, own_there: bool, out: Vec3) -> Vec<u32> {
-        let mut there = self.containing(point.origin_towards(out), out);
-        there.retain(|&known| known != own);
-        there.extend(own_there.then_some(own));
-        there
+    /// The media on the two sides of a face at `point`. None: it has its own behind it and air in front.
+    fn sides(&self, point: &SurfacePoint) -> Option<Sides> {
+        match &self.faces[point.triangle as usize] {
+            Face::Alone => None,
+            Face::Same(triangle, sides) => Some(*sides.get_or_init(|| {
+                // At its middle, whoever asks first.
+                let middle = self.mesh.point(*triangle, 1.0 / 3.0, 1.0 / 3.0, false);
+                self.sides_of(self.solid[*triangle as usize], &middle)
+            })),
+            Face::Ask(solid) => Some(self.sides_of(*solid, point)),
+        }
     }
 
-    /// The interface at a face of the solid `own`. A hidden face, the same medium on both sides, is no interface.
-    fn between(&self, own: u32, point: &SurfacePoint) -> Dielectric {
+    /// The media on the two sides of a face of the solid `own`.
+    fn sides_of(&self, own: u32, point: &SurfacePoint) -> Sides {
         let normal = point.normals.geometric;
+        let bubble = self.solids[own as usize].bubble;
+        // Which side of its own face a solid is on is not a matter of counting.
+        let [outer, inner] = [(normal, bubble), (-normal, !bubble)].map(|(out, own_there)| {
+            let mut there = self.containing(point.origin_towards(out), out);
+            there.retain(|&known| known != own);
+            there.extend(own_there.then_some(own));
+            self.displacing(&there)
+        });
+        Sides { outer, inner, own }
+    }
+
+    /// The interface between two media. A hidden face, the same medium on both sides, is no interface.
+    fn between(&self, Sides { outer, inner, own }: Sides, colour: Option<usize>) -> Dielectric {
         let solid = &self.solids[own as usize];
-        let sides = [(normal, solid.bubble), (-normal, !solid.bubble)];
-        let [front, back] = sides.map(|(out, own_there)| self.beside(own, point, own_there, out));
-        let (outer, inner) = (self.displacing(&front), self.displacing(&back));
         let same_glass = |a: u32, b: u32| {
             let (a, b) = (&self.solids[a as usize], &self.solids[b as usize]);
             if a.bubble || b.bubble { a.bubble == b.bubble } else { a.material == b.material }
@@ -170,9 +182,9 @@ impl Media {
         if outer == inner || outer.zip(inner).is_some_and(|(a, b)| same_glass(a, b)) {
             return Dielectric { ior: 1.0, tint: Vec3::ONE };
         }
-        let index = |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index());
+        let index = |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index(colour));
         // A bubble in nothing: its own glass is around it.
-        let around = if solid.bubble && inner.is_none() { solid.glass.ior } else { index(inner) };
+        let around = if solid.bubble && inner.is_none() { solid.own_index(colour) } else { index(inner) };
         Dielectric { ior: around / index(outer), tint: self.filter(outer, inner) }
     }
 
@@ -225,9 +237,9 @@ impl Solid {
                 })?;
                 let mut add = || {
                     let material = surface.material;
-                    let absorption = scene.materials[material as usize].absorption;
-                    let (size, bounds) = (0.0, Bounds::EMPTY);
-                    solids.push(Self { glass, absorption, material, size, bubble: false, bounds });
+                    let Material { absorption, dispersion, .. } = scene.materials[material as usize];
+                    let (size, bounds, bubble) = (0.0, Bounds::EMPTY, false);
+                    solids.push(Self { glass, absorption, dispersion, material, size, bubble, bounds });
                     solids.len() as u32 - 1
                 };
                 Some(if surface.closed { add() } else { *open.entry(surface.material).or_insert_with(add) })
@@ -257,8 +269,13 @@ impl Solid {
     }
 
     /// The refractive index within.
-    fn index(&self) -> f32 {
-        if self.bubble { 1.0 } else { self.glass.ior }
+    fn index(&self, colour: Option<usize>) -> f32 {
+        if self.bubble { 1.0 } else { self.own_index(colour) }
+    }
+
+    /// That of its material.
+    fn own_index(&self, colour: Option<usize>) -> f32 {
+        dispersed(self.glass.ior, self.dispersion, colour)
     }
 }
 

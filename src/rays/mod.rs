@@ -20,7 +20,7 @@ mod walk;
 mod widen;
 
 use crate::light::Matrix;
-use crate::optics::Lobe;
+use crate::optics::{Dielectric, Lobe, dispersed};
 use crate::scene::{Backs, Material, Scene, SurfacePoint};
 use build::Tree;
 use fearless_simd::{Level, dispatch};
@@ -31,6 +31,25 @@ pub use segment::Segment;
 use std::cell::RefCell;
 use visit::{Any, Closest, Passed, Product, Seen, UpToBlocker};
 use walk::{Visit, walk};
+
+/// One colour of light that carries so much of each, chosen in proportion, and the filter that leaves it alone and makes up for the
+/// others. Light that has but one colour left is not asked.
+fn one_colour(carried: Vec3, u: impl FnOnce() -> f32) -> (usize, Vec3) {
+    let sum = carried.element_sum();
+    if let Some(only) = (0..3).find(|colour| carried[*colour] == sum) {
+        return (only, Vec3::ONE);
+    }
+    let mut rest = u() * sum;
+    let chosen = (0..3).find(|colour| {
+        rest -= carried[*colour];
+        rest < 0.0
+    });
+    // Rounding may leave a rest after the last.
+    let colour = chosen.unwrap_or_else(|| carried.max_position());
+    let mut filter = Vec3::ZERO;
+    filter[colour] = sum / carried[colour];
+    (colour, filter)
+}
 
 /// What is left of light that goes `distance` (m) through what absorbs it: Beer's and Lambert's law, for each colour.
 #[inline]
@@ -92,6 +111,8 @@ pub struct Rays {
     media: Option<Box<Media>>,
     /// Some body absorbs light on its way.
     absorbs: bool,
+    /// Some glass spreads colours.
+    disperse: bool,
 }
 
 thread_local! {
@@ -149,11 +170,14 @@ impl Rays {
             Through::Ordered
         };
         let media = Media::of(scene, level).map(Box::new);
-        let absorbs = scene.surfaces.iter().any(|surface| {
-            let material = &scene.materials[surface.material as usize];
-            material.absorption != Vec3::ZERO && material.is_solid()
-        });
-        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media, absorbs }
+        let solids = || {
+            let materials =
+                scene.surfaces.iter().map(|surface| &scene.materials[surface.material as usize]);
+            materials.filter(|material| material.is_solid())
+        };
+        let absorbs = solids().any(|material| material.absorption != Vec3::ZERO);
+        let disperse = solids().any(|material| material.dispersion > 0.0);
+        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media, absorbs, disperse }
     }
 
     /// The same index that also asks about the surroundings of solids that nothing but air surrounds.
@@ -170,7 +194,47 @@ impl Rays {
     #[inline(always)]
     pub fn lobe_at(&self, lobe: Lobe, point: &SurfacePoint) -> Lobe {
         match (&self.media, lobe) {
-            (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point)),
+            (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point, None)),
+            _ => lobe,
+        }
+    }
+
+    /// The same for light of which each colour carries `carried`. Where its colours part, one of them goes on for all: the lobe is that of
+    /// the one that `u` in [0, 1) chooses, and the filter makes up for the others.
+    #[inline(always)]
+    pub fn lobe_for(
+        &self,
+        lobe: Lobe,
+        material: &Material,
+        point: &SurfacePoint,
+        carried: impl FnOnce() -> Vec3,
+        u: impl FnOnce() -> f32,
+    ) -> (Lobe, Vec3) {
+        if !self.disperses(material) || !lobe.is_solid() {
+            return (self.lobe_at(lobe, point), Vec3::ONE);
+        }
+        let carried = carried();
+        let (colour, filter) = one_colour(carried, u);
+        (self.lobe_of_colour(lobe, material, point, colour), filter)
+    }
+
+    /// True where a face of glass refracts colours in ways of their own.
+    #[inline(always)]
+    fn disperses(&self, material: &Material) -> bool {
+        // Where solids touch, the glass that disperses may be on the other side.
+        self.disperse && (material.dispersion > 0.0 || self.media.is_some())
+    }
+
+    /// The same for light of one colour (0 red, 1 green, 2 blue), as the glass of `material` refracts it.
+    pub fn lobe_of_colour(&self, lobe: Lobe, material: &Material, point: &SurfacePoint, colour: usize) -> Lobe {
+        match (&self.media, lobe) {
+            (Some(media), Lobe::Dielectric(glass)) => {
+                let own = Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass };
+                Lobe::Dielectric(media.interface(own, point, Some(colour)))
+            }
+            (None, Lobe::Dielectric(glass)) => {
+                Lobe::Dielectric(Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass })
+            }
             _ => lobe,
         }
     }

@@ -45,6 +45,9 @@ fn check_material(material: &Material) -> Result<(), Reason> {
     if !is_colour(material.absorption) {
         return Err(format!("its absorption {} is negative or not finite", material.absorption));
     }
+    if !is_amount(material.dispersion) {
+        return Err(format!("its dispersion {} is negative or not finite", material.dispersion));
+    }
     material.opaque.into_iter().chain(material.straight).try_for_each(check_matrix)?;
     material.illumination.map_or(Ok(()), check_illumination)?;
     material.emission.map_or(Ok(()), |emission| check_light("its emission", emission.radiance))

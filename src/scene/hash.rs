@@ -117,7 +117,7 @@ fields! {
     Mesh { positions, normals, triangles, surface }
     Surface { material, smooth, closed; name }
     // The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
-    Material { emission, backs, absorption, bsdf, follows; name, lobes, illumination, opaque, straight, resolved }
+    Material { emission, backs, absorption, dispersion, bsdf, follows; name, lobes, illumination, opaque, straight, resolved }
     Emission { radiance, two_sided }
     Follows { s, t }
     Bsdf { straight, terms }

@@ -237,14 +237,15 @@ impl<'a, P: Power> Walk<'a, P> {
         let from = -line.direction;
         let Some((term, probability)) = choose_term(bsdf, point, from, power, rng) else { return 0.0 };
         let term = &bsdf.terms[term];
-        let lobe = self.plan.rays.lobe_at(term.lobe, point);
+        let carried = || power.through(term.coefficient).light().colours();
+        let (lobe, filter) = self.plan.rays.lobe_for(term.lobe, material, point, carried, || rng.f32());
         let Some(Sample { to, weight, pdf, geometric }) =
             lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())
         else {
             return 0.0;
         };
         // paper eq. 21: the matrix acts on the light that arrives
-        let child = power.through(term.coefficient).filtered(weight).scaled(1.0 / probability);
+        let child = power.through(term.coefficient).filtered(filter * weight).scaled(1.0 / probability);
         let narrow = lobe.is_narrow();
         let delta_chain = if lobe.is_delta() { line.delta_chain + 1 } else { 0 };
         let forced = endurance(delta_chain, CERTAIN_DELTA_CHAIN);

@@ -7,7 +7,7 @@ use halflight::optics::{Dielectric, Lobe, ThinDielectric};
 use halflight::photon::Photon;
 use halflight::plan::Plan;
 use halflight::render::learn;
-use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotCone};
+use halflight::scene::{Camera, Illumination, Luminaire, Material, Projection, Scene, SpotCone};
 use halflight::shoot::shoot;
 
 const IOR: f32 = 1.5;
@@ -97,6 +97,36 @@ fn a_prism_sends_its_spot_where_snell_says() {
         })
         .collect();
     Measured::of(&places).must_be(place, 0.003);
+}
+
+#[test]
+fn a_prism_spreads_colours() {
+    // The same prism of a glass whose index is 1.5 in green and a tenth of .5 less in red, more in blue.
+    let (slant, dispersion) = (25.0_f64.to_radians(), 4.0);
+    let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.0, 4.0, 4.0), Vec3::ZERO));
+    let floor = build.material("Floor", diffuse(0.5));
+    let glass = build.0.material(Material::glass("Glass", IOR).with_dispersion(dispersion));
+    build.quad(Vec3::new(-4.0, 0.0, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, floor);
+    build.quad(Vec3::new(-1.0, 2.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, glass);
+    let fall = slant.tan() as f32;
+    build.quad(Vec3::new(-1.0, 1.0 + fall, -1.0), Vec3::new(2.0, -2.0 * fall, 0.0), Vec3::Z * 2.0, glass);
+    beam(&mut build, Vec3::new(0.0, 3.0, 0.0), -Vec3::Y);
+    let passes = caustic(build.finish(), 48);
+    for (colour, ior) in [1.45, 1.5, 1.55].into_iter().enumerate() {
+        let place = ((ior * slant.sin()).asin() - slant).tan();
+        let spot = |photons: &Vec<Photon<Invisible>>| {
+            let near = |photon: &&Photon<Invisible>| (f64::from(photon.position.x) - 0.26).abs() < 0.15;
+            let of_colour = photons.iter().filter(|photon| photon.power.0[colour] > 0.0);
+            let all = of_colour.filter(near).map(|p| (f64::from(p.power.0[colour]), f64::from(p.position.x)));
+            all.fold((0.0, 0.0), |(power, places), (p, x)| (power + p, places + p * x))
+        };
+        let spots: Vec<(f64, f64)> = passes.iter().map(spot).collect();
+        let power: Vec<f64> = spots.iter().map(|(power, _)| *power).collect();
+        let (r1, r2) = (fresnel(1.0, ior), fresnel(slant.cos(), 1.0 / ior));
+        Measured::of(&power).must_be((1.0 - r1) * (1.0 - r2), 0.002);
+        let places: Vec<f64> = spots.iter().map(|(power, sum)| sum / power).collect();
+        Measured::of(&places).must_be(place, 0.003);
+    }
 }
 
 /// Reflectance from inside the glass at angle `slant`.
