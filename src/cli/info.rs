@@ -212,6 +212,11 @@ fn lobe_in_words(lobe: &Lobe) -> String {
         Lobe::Mirror(lobe) => format!("mirror {}, {}", colour(lobe.tint), sides(lobe.two_sided)),
         Lobe::Dielectric(lobe) => format!("solid glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
         Lobe::ThinDielectric(lobe) => format!("thin glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
+        Lobe::Glossy(lobe) => {
+            let [along, across] = lobe.alpha.map(|alpha| number(f64::from(alpha.sqrt())));
+            let rough = if along == across { along } else { format!("{along} by {across}") };
+            format!("glossy {}, roughness {rough}, {}", colour(lobe.f0), sides(lobe.two_sided))
+        }
     }
 }
 

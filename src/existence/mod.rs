@@ -216,6 +216,9 @@ fn kept(material: &Material, channel: usize) -> String {
                 }
                 Lobe::Mirror(lobe) => format!("mirror {:.2}, {}", lobe.tint[channel], sides(lobe.two_sided)),
                 Lobe::Dielectric(_) | Lobe::ThinDielectric(_) => "glass".into(),
+                Lobe::Glossy(lobe) => {
+                    format!("glossy {:.2}, {}", lobe.average()[channel], sides(lobe.two_sided))
+                }
             }
         })
         .collect();

@@ -1,5 +1,5 @@
 use super::smooth;
-use super::{Dielectric, Diffuse, Mirror, Normals, Pdf, Sample, ThinDielectric, Transport};
+use super::{Dielectric, Diffuse, Glossy, Mirror, Normals, Pdf, Sample, ThinDielectric, Transport};
 use crate::light::Matrix;
 use glam::Vec3;
 
@@ -15,13 +15,15 @@ pub enum Lobe {
     Dielectric(Dielectric),
     /// A smooth thin pane.
     ThinDielectric(ThinDielectric),
+    /// A rough mirror.
+    Glossy(Glossy),
 }
 
 impl Lobe {
     /// True for lobes that send light into single directions: [`eval`](Self::eval) is zero, only sampling sees them.
     pub fn is_delta(&self) -> bool {
         match self {
-            Self::Diffuse(_) => false,
+            Self::Diffuse(_) | Self::Glossy(_) => false,
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => true,
         }
     }
@@ -31,7 +33,7 @@ impl Lobe {
     pub fn as_diffuse(&self) -> Option<&Diffuse> {
         match self {
             Self::Diffuse(lobe) => Some(lobe),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+            Self::Glossy(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
         }
     }
 
@@ -40,6 +42,7 @@ impl Lobe {
     pub fn eval(&self, normals: &Normals, from: Vec3, to: Vec3) -> Vec3 {
         match self {
             Self::Diffuse(lobe) => lobe.eval(normals, from, to),
+            Self::Glossy(lobe) => lobe.eval(normals, from, to),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ZERO,
         }
     }
@@ -49,6 +52,7 @@ impl Lobe {
     pub fn pdf(&self, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(normals, from, to),
+            Self::Glossy(lobe) => lobe.pdf(normals, from, to),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => 0.0,
         }
     }
@@ -57,6 +61,7 @@ impl Lobe {
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: [f32; 3]) -> Option<Sample> {
         match self {
             Self::Diffuse(lobe) => lobe.sample(normals, from, transport, u),
+            Self::Glossy(lobe) => lobe.sample(normals, from, transport, u),
             _ => smooth::choose(self.branches(normals, from, transport), u[2]),
         }
     }
@@ -65,7 +70,7 @@ impl Lobe {
     /// `weight` times the probability is what the lobe passes on. None for finite lobes.
     pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 4] {
         match self {
-            Self::Diffuse(_) => [None; 4],
+            Self::Diffuse(_) | Self::Glossy(_) => [None; 4],
             _ if !self.responds(normals, from) => [None; 4],
             Self::Mirror(lobe) => smooth::branches(lobe, normals, from, transport),
             // Nothing is there that could bend light or reflect it, whatever the normals are.
@@ -80,7 +85,28 @@ impl Lobe {
 
     /// What the lobe reflects as a picture of materials shows it, linear RGB.
     pub fn albedo(&self) -> Vec3 {
-        self.bound()
+        match self {
+            Self::Glossy(lobe) => lobe.average(),
+            _ => self.bound(),
+        }
+    }
+
+    /// An estimate of what the lobe passes on of light from `from`, linear RGB, to weigh choices among lobes: above zero
+    /// wherever anything is scattered.
+    pub fn share(&self, normals: &Normals, from: Vec3) -> Vec3 {
+        match self {
+            Self::Glossy(lobe) => lobe.share(normals, from),
+            _ => self.bound(),
+        }
+    }
+
+    /// The square root of the smaller GGX roughness, which is a material's. None for lobes that have none: delta lobes,
+    /// Lambert's.
+    pub fn roughness(&self) -> Option<f32> {
+        match self {
+            Self::Glossy(lobe) => Some(lobe.alpha[0].min(lobe.alpha[1]).sqrt()),
+            Self::Diffuse(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+        }
     }
 
     /// An upper bound of the reflectance for light of any direction, shading normals aside; linear RGB. It weighs choices, bounds
@@ -90,6 +116,7 @@ impl Lobe {
             Self::Diffuse(lobe) => lobe.albedo,
             Self::Mirror(lobe) => lobe.tint,
             Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ONE,
+            Self::Glossy(lobe) => lobe.f0.max(lobe.f90),
         }
     }
 
@@ -98,6 +125,7 @@ impl Lobe {
         match self {
             Self::Diffuse(lobe) => lobe.two_sided,
             Self::Mirror(lobe) => lobe.two_sided,
+            Self::Glossy(lobe) => lobe.two_sided,
             Self::Dielectric(_) | Self::ThinDielectric(_) => true,
         }
     }
@@ -116,6 +144,11 @@ impl Lobe {
     /// and it is connected to luminaires beside.
     pub fn is_glossy(&self) -> bool {
         !self.is_delta() && self.as_diffuse().is_none()
+    }
+
+    /// True for Lambert's reflector with nothing above it: closed forms of irradiance hold for it.
+    pub fn is_lambert(&self) -> bool {
+        self.as_diffuse().is_some()
     }
 
     /// True for the interface of a solid: the body is behind its back.
@@ -203,10 +236,4 @@ mod tests {
             }
         }
     }
-}
-
-impl Lobe {
-    pub fn share(&self, _: &Normals, _: Vec3) -> Vec3 { self.bound() }
-    pub fn is_lambert(&self) -> bool { self.as_diffuse().is_some() }
-    pub fn roughness(&self) -> Option<f32> { None }
 }

@@ -9,10 +9,14 @@
 //! the exact adjoint of that. As always with shading normals, what is shot may then be more or less than what arrived for
 //! single directions, but no multiplication factor exceeds the largest albedo.
 
+mod albedo;
 mod bsdf;
 mod dielectric;
 mod diffuse;
 mod fresnel;
+mod glossy;
+mod layers;
+mod microfacet;
 mod mirror;
 mod normals;
 mod smooth;
@@ -22,6 +26,8 @@ pub use bsdf::{Bsdf, Lobe, Term};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use fresnel::{dispersed, fresnel_dielectric, refract};
+pub use glossy::Glossy;
+pub use layers::{Clear, Layers};
 pub use mirror::Mirror;
 pub use normals::Normals;
 pub use thin_dielectric::ThinDielectric;

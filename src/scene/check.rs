@@ -34,6 +34,7 @@ fn check_material(material: &Material) -> Result<(), Reason> {
             Lobe::Mirror(lobe) => (lobe.tint, 1.0),
             Lobe::Dielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::ThinDielectric(lobe) => (lobe.tint, lobe.ior),
+            Lobe::Glossy(lobe) => (lobe.f0.max(lobe.f90), 1.0),
         };
         if !is_amount(*share) || !is_colour(colour) {
             return Err(format!("{lobe:?} with share {share} is negative or not finite"));

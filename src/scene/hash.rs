@@ -4,7 +4,7 @@
 use super::material::Follows;
 use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
 use crate::light::{Light, Matrix};
-use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term, ThinDielectric};
+use crate::optics::{Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, Term, ThinDielectric};
 use glam::Vec3;
 
 /// To be raised where the hash of a scene that has not changed is to change, because its picture does.
@@ -122,6 +122,9 @@ fields! {
     Follows { s, t }
     Bsdf { straight, terms }
     Term { coefficient, lobe }
+    Glossy { f0, f90, alpha, tangent, two_sided, under }
+    Clear { f0, f90, alpha }
+    Layers { clear, coat; average }
     Light { invisible, visible }
     SpotCone { inner, outer }
     Camera { position, right, up, forward, projection, aspect }
@@ -144,6 +147,7 @@ impl Fields for Lobe {
             Self::Mirror(Mirror { tint, two_sided }) => (1_u32, (tint, two_sided)).feed(fnv),
             Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
             Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),
+            Self::Glossy(lobe) => (4_u32, lobe).feed(fnv),
         }
     }
 }

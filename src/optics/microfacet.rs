@@ -1,0 +1,107 @@
+//! Microfacets of the GGX distribution (Walter et al. 2007; Heitz 2014), in a frame whose z is the normal that turns light.
+//!
+//! Everything is in double precision and written in tangents, so that roughnesses down to 10⁻⁶ are right to the last bit of
+//! the directions given: slopes of 10⁻⁶ are told by what two unit vectors have left when they almost cancel.
+
+use super::Normals;
+use glam::{DVec3, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// Three orthonormal axes at a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+}
+
+impl Frame {
+    /// z is `up`; x is what `tangent` has across it, or any direction where it has nothing.
+    pub(super) fn new(up: Vec3, tangent: Vec3) -> Self {
+        let z = up.as_dvec3().normalize();
+        let across = tangent.as_dvec3() - tangent.as_dvec3().dot(z) * z;
+        let x = across.try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
+        Self { x, y: z.cross(x), z }
+    }
+
+    /// A unit vector of the world in this frame.
+    pub(super) fn local(&self, world: Vec3) -> DVec3 {
+        let w = world.as_dvec3();
+        DVec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z)).normalize()
+    }
+
+    /// And back.
+    pub(super) fn world(&self, local: DVec3) -> Vec3 {
+        (local.x * self.x + local.y * self.y + local.z * self.z).as_vec3()
+    }
+}
+
+/// The normal, on the side of `wo`, about which what is seen from `wo` was turned: the shading normal, but where its mirror
+/// direction lies behind the real surface, or `wo` behind it, the geometric one.
+pub(super) fn turning_normal(normals: &Normals, wo: Vec3) -> Vec3 {
+    let side = if normals.is_front(wo) { 1.0 } else { -1.0 };
+    let (geometric, shading) = (side * normals.geometric, side * normals.shading);
+    if geometric == shading {
+        return shading;
+    }
+    let cos = wo.dot(shading);
+    let mirrored = 2.0 * cos * shading.dot(geometric) - wo.dot(geometric);
+    if cos > 0.0 && mirrored > 0.0 { shading } else { geometric }
+}
+
+/// Facets of the GGX distribution: slopes as of an ellipsoid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ggx {
+    /// Roughness along x and y, > 0.
+    pub(super) alpha: [f64; 2],
+}
+
+impl Ggx {
+    pub(super) fn new(alpha: [f32; 2]) -> Self {
+        Self { alpha: alpha.map(f64::from) }
+    }
+
+    /// How the facets look towards `w`: √(z² + αx² x² + αy² y²), which is (1 + 2Λ) |cos θ|.
+    pub(super) fn stretch(&self, w: DVec3) -> f64 {
+        let [ax, ay] = self.alpha;
+        DVec3::new(ax * w.x, ay * w.y, w.z).length()
+    }
+
+    /// Density of facets' normals over the solid angle, per area of the surface, sr⁻¹; `half` need not be a unit vector.
+    pub(super) fn density(&self, half: DVec3) -> f64 {
+        let [ax, ay] = self.alpha;
+        let q = DVec3::new(half.x / ax, half.y / ay, half.z).length_squared() / half.length_squared();
+        1.0 / (PI * ax * ay * q * q)
+    }
+
+    /// Smith's height-correlated masking and shadowing over 4 cos θo cos θi, which is what stays finite; both z > 0.
+    pub(super) fn visibility(&self, wo: DVec3, wi: DVec3) -> f64 {
+        0.5 / (self.stretch(wo) * wi.z + self.stretch(wi) * wo.z)
+    }
+
+    /// Density over directions of what `wo`, z > 0, sees mirrored by facets that it sees, sr⁻¹.
+    pub(super) fn mirrored(&self, wo: DVec3, half: DVec3) -> f64 {
+        self.density(half) / (2.0 * (wo.z + self.stretch(wo)))
+    }
+
+    /// Density over the normals of the facets that `wo`, z > 0, sees, sr⁻¹.
+    pub(super) fn seen(&self, wo: DVec3, half: DVec3) -> f64 {
+        2.0 * wo.dot(half).max(0.0) * self.density(half) / (wo.z + self.stretch(wo))
+    }
+
+    /// The normal of a facet that `wo`, z > 0, sees. Dupuy & Benyoub 2023: a hemisphere seen from one side mirrors a cap.
+    pub(super) fn facet(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
+        let [ax, ay] = self.alpha;
+        let round = DVec3::new(ax * wo.x, ay * wo.y, wo.z).normalize();
+        let (sin, cos) = (TAU * u[0]).sin_cos();
+        let z = (1.0 - u[1]) * (1.0 + round.z) - round.z;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let half = DVec3::new(r * cos, r * sin, z) + round;
+        DVec3::new(ax * half.x, ay * half.y, half.z).normalize()
+    }
+}
+
+/// `w` mirrored about `half`, both away from the surface.
+pub(super) fn mirror(w: DVec3, half: DVec3) -> DVec3 {
+    2.0 * w.dot(half) * half - w
+}
