@@ -14,10 +14,10 @@
 
 use super::arrivals::{LOOK_AROUND, Places, channels_that_matter};
 use super::chain::Chain;
-use crate::optics::Transport;
+use crate::optics::{Term, Transport};
 use crate::rays::{Hit, Ray, Rays};
 use crate::sampling::{Rng, Stream, choose};
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{MatterAt, Scene, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -231,11 +231,9 @@ impl Population<'_> {
             seen(&hits);
             let mut power = photon.power;
             for hit in &hits {
-                let smooth = self.scene.surface_of(hit.triangle).smooth;
-                let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, smooth);
+                let MatterAt { point, bsdf, .. } = self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
                 let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle };
-                reflected.extend(self.reflect(&arriving, chain, &point, &mut rng));
-                let bsdf = &self.scene.material_of(hit.triangle).bsdf;
+                reflected.extend(self.reflect(&arriving, chain, &point, &bsdf.terms, &mut rng));
                 power = chain.crossed(bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
@@ -251,10 +249,10 @@ impl Population<'_> {
         arriving: &Arriving,
         chain: Chain,
         point: &SurfacePoint,
+        terms: &[Term],
         rng: &mut Rng,
     ) -> Option<Photon> {
         let Arriving { power, from, triangle } = *arriving;
-        let terms = &self.scene.material_of(triangle).bsdf.terms;
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {

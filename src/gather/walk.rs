@@ -7,7 +7,7 @@ use crate::optics::{Bsdf, Normals, Term};
 use crate::plan::{Frame, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, endurance};
-use crate::scene::{Material, SurfacePoint, View};
+use crate::scene::{Material, MatterAt, SurfacePoint, View};
 use glam::Vec3;
 
 /// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by
@@ -133,21 +133,21 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let mut mark = line.mark;
         let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
         for hit in &hits {
-            let (_, material, point) = plan.matter_at(hit);
-            let bsdf: &Bsdf = &material.at(&point);
+            let travelled = line.travelled + hit.t;
+            let footprint = self.view.footprint(travelled, self.film[1]);
+            let MatterAt { material, point, bsdf, seen, .. } = plan.matter_at(hit, footprint);
+            let bsdf: &Bsdf = &bsdf;
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
             }
-            if let Some(emission) = material.emission
+            if let Some(emission) = seen
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 self.tally.emitted(&rows, mark, emission.radiance, pixel);
             }
             if delta_chain < most {
-                let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
-                let footprint = self.view.footprint(travelled, self.film[1]);
-                let (rows, point) = (&rows, &point);
+                let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
                 let here = Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections };
                 self.read_surface(&here, mark, pixel, rng);
                 self.pass_on(&here, line, mark, rng);

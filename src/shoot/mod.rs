@@ -14,7 +14,7 @@ use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, Surface, SurfacePoint};
+use crate::scene::{Material, MatterAt, Surface, SurfacePoint};
 use crowd::Crowd;
 use glam::Vec3;
 use levels::Levels;
@@ -166,8 +166,8 @@ impl<'a, P: Power> Walk<'a, P> {
         self.photons.ledger.lines += 1;
         let mut power = line.power;
         for hit in &hits {
-            let (surface, material, point) = self.plan.matter_at(hit);
-            let bsdf: &Bsdf = &material.at(&point);
+            let MatterAt { surface, material, point, bsdf, .. } = self.plan.matter_at(hit, 0.0);
+            let bsdf: &Bsdf = &bsdf;
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[surface.material as usize]
                 && self.photon_plan.classes.contains(line.class)
