@@ -14,10 +14,10 @@
 
 use super::arrivals::{LOOK_AROUND, Places, channels_that_matter};
 use super::chain::Chain;
-use crate::optics::Transport;
+use crate::optics::{Term, Transport};
 use crate::rays::{Hit, Ray, Rays};
 use crate::sampling::{Rng, Stream, choose};
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{MatterAt, Scene, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -239,14 +239,13 @@ impl Population<'_> {
                     power = power.map(|half| left * half);
                 }
                 before = hit.t;
-                let smooth = self.scene.surface_of(hit.triangle).smooth;
-                let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, smooth);
+                let MatterAt { material, point, bsdf, .. } =
+                    self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
                 let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle, absorption };
-                reflected.extend(self.reflect(&arriving, chain, &point, &mut rng));
-                let material = self.scene.material_of(hit.triangle);
+                reflected.extend(self.reflect(&arriving, chain, &point, &bsdf.terms, &mut rng));
                 let beyond = self.rays.absorption_towards(material, &point, photon.direction);
                 absorption = beyond.map_or(absorption, |all| all[self.channel]);
-                power = chain.crossed(material.bsdf.straight, power);
+                power = chain.crossed(bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
                 }
@@ -261,11 +260,11 @@ impl Population<'_> {
         arriving: &Arriving,
         chain: Chain,
         point: &SurfacePoint,
+        terms: &[Term],
         rng: &mut Rng,
     ) -> Option<Photon> {
         let Arriving { power, from, triangle, absorption } = *arriving;
         let material = self.scene.material_of(triangle);
-        let terms = &material.bsdf.terms;
         let strength = |index: usize| {
             let term = &terms[index];
             if term.lobe.responds(&point.normals, from) {

@@ -8,7 +8,7 @@ use crate::optics::{Bsdf, Lobe, Normals, Term};
 use crate::plan::{Frame, Plan};
 use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, endurance};
-use crate::scene::{Material, SurfacePoint, View};
+use crate::scene::{Material, MatterAt, SurfacePoint, View};
 use glam::Vec3;
 
 /// Delta reflections in a row that a camera ray follows for certain; beyond, a hall of mirrors is left by
@@ -173,17 +173,19 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let most = plan.settings.max_reflections.unwrap_or(u32::MAX);
         let (mut absorption, mut before) = (line.absorption, 0.0);
         for hit in &hits {
-            let (_, material, point) = plan.matter_at(hit);
             if absorption != Vec3::ZERO {
                 let left = left_of(absorption, hit.t - before);
                 rows = rows.map(|row| row * left);
             }
             before = hit.t;
-            let bsdf: &Bsdf = &material.at(&point);
+            let travelled = line.travelled + hit.t;
+            let footprint = self.view.footprint(travelled, self.film[1]) + line.spread * hit.t;
+            let MatterAt { material, point, bsdf, seen, .. } = plan.matter_at(hit, footprint);
+            let bsdf: &Bsdf = &bsdf;
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
             }
-            if let Some(emission) = material.emission
+            if let Some(emission) = seen
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
@@ -192,9 +194,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 self.tally.emitted(&seen, mark, emission.radiance, pixel);
             }
             if delta_chain < most {
-                let (travelled, most_reflections) = (line.travelled + hit.t, most - delta_chain - 1);
-                let footprint = self.view.footprint(travelled, self.film[1]) + line.spread * hit.t;
-                let (rows, point) = (&rows, &point);
+                let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
                 let here =
                     Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections, absorption };
                 self.read_surface(&here, mark, pixel, rng);

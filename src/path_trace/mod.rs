@@ -97,7 +97,8 @@ pub fn trace_pass_until(
         Strength::Plain => Luminaires::default(),
         Strength::NextEvent => Luminaires::new(scene),
     };
-    let walk = Walk::new(scene, rays, &luminaires, settings.max_reflections);
+    let view = scene.camera.view(settings.width as f32 / settings.height as f32);
+    let walk = Walk::new(scene, rays, &luminaires, settings.max_reflections).through(view, settings.height);
     match settings.rows {
         Rows::Visible => {
             let pixels = trace_pixels(&walk, Reads::visible(), settings, pass, stop);

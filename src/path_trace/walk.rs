@@ -6,7 +6,7 @@ use crate::light::Light;
 use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
 use crate::rays::{Hit, Ray, Rays, left_of};
 use crate::sampling::endurance;
-use crate::scene::{Material, Scene, SurfacePoint};
+use crate::scene::{Material, MatterAt, Scene, SurfacePoint, View};
 use glam::Vec3;
 use std::ops::AddAssign;
 
@@ -16,10 +16,26 @@ pub(super) struct Walk<'a> {
     rays: &'a Rays,
     luminaires: &'a Luminaires,
     max_reflections: u32,
+    /// What pixels are as seen from the camera; None: points.
+    looks: Option<Looks>,
     /// Some straight matrix has a nonzero first row: rows that read the invisible half may go through.
     lets_invisible_through: bool,
     /// Some straight matrix has a nonzero second row.
     lets_visible_through: bool,
+}
+
+/// A film as walks see it.
+#[derive(Clone, Copy)]
+struct Looks {
+    view: View,
+    rows: u32,
+}
+
+impl Looks {
+    /// Side (m) of what a pixel covers at the end of a way (m) through nothing but delta lobes.
+    fn at(&self, travelled: f32) -> f32 {
+        self.view.footprint(travelled, self.rows)
+    }
 }
 
 /// From where a walk starts.
@@ -42,6 +58,8 @@ pub(super) struct Line<const N: usize> {
     unit: f32,
     /// It comes from the camera through nothing but delta lobes: what the eye does not see is not there.
     seen: bool,
+    /// Length of the walk before it, m.
+    travelled: f32,
     /// Product of the η² factors of refraction in `reads`, which say nothing about how much light is to be had.
     compression: f32,
     /// Density in solid angle with which the direction was chosen, None where a connection had no chance of it.
@@ -80,6 +98,8 @@ struct Encounter<'a, const N: usize> {
     line: &'a Line<N>,
     /// What absorbs light on the side of `from`, m⁻¹.
     absorption: Vec3,
+    /// Length of the walk to here, m.
+    travelled: f32,
 }
 
 impl<'a> Walk<'a> {
@@ -96,9 +116,15 @@ impl<'a> Walk<'a> {
             rays,
             luminaires,
             max_reflections: max_reflections.unwrap_or(u32::MAX),
+            looks: None,
             lets_invisible_through: straight().any(|rows| rows[0] != [0.0; 2]),
             lets_visible_through: straight().any(|rows| rows[1] != [0.0; 2]),
         }
+    }
+
+    /// What the camera sees is as coarse as the pixels of a film so many rows high.
+    pub fn through(self, view: View, rows: u32) -> Self {
+        Self { looks: Some(Looks { view, rows }), ..self }
     }
 
     /// What rows `start` read along a ray from `looker`.
@@ -120,6 +146,7 @@ impl<'a> Walk<'a> {
             reflections: 0,
             unit: start.total(),
             seen: looker == Looker::Camera,
+            travelled: 0.0,
             compression: 1.0,
             pdf_solid_angle: None,
             absorption: Vec3::ZERO,
@@ -155,9 +182,17 @@ impl<'a> Walk<'a> {
             let scatters = line.reflections < self.max_reflections
                 && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());
             if scatters || material.emission.is_some() {
-                let at = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
+                let footprint = if line.seen {
+                    self.looks.map_or(0.0, |looks| looks.at(line.travelled + hit.t))
+                } else {
+                    0.0
+                };
+                let MatterAt { point: at, bsdf, seen, .. } =
+                    self.scene.matter_at(hit.triangle, hit.u, hit.v, footprint);
                 let from = -line.direction;
-                if let Some(emission) = material.emission {
+                // Where a connection had a chance of it too, it is as bright as that finds it.
+                let emission = if line.pdf_solid_angle.is_none() { seen } else { material.emission };
+                if let Some(emission) = emission {
                     let cos = from.dot(at.normals.geometric);
                     if cos > 0.0 || emission.two_sided {
                         let weight = self.chance_weight(line, hit, cos.abs());
@@ -165,7 +200,9 @@ impl<'a> Walk<'a> {
                     }
                 }
                 if scatters {
-                    let encounter = Encounter { at, from, material, bsdf: &material.bsdf, reads, line, absorption };
+                    let travelled = line.travelled + hit.t;
+                    let encounter =
+                        Encounter { at, from, material, bsdf: &bsdf, reads, line, absorption, travelled };
                     let child = self.encounter(&encounter, reading, population, numbers);
                     scratch.lines.extend(child);
                 }
@@ -342,6 +379,7 @@ impl<const N: usize> Encounter<'_, N> {
             reflections: self.line.reflections + 1,
             unit: self.line.unit,
             seen: self.line.seen && term.lobe.is_delta(),
+            travelled: self.travelled,
             compression: self.line.compression * compression(&term.lobe, normals, self.from, sample.to),
             pdf_solid_angle: sample.pdf.solid_angle().map(|density| probability * density),
             absorption: self.absorption,

@@ -28,7 +28,7 @@ pub use settings::{Direct, LEVELS, Method, Settings};
 use crate::connect::{Connections, Lobes};
 use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
-use crate::scene::{Luminaire, Material, Scene, Surface, SurfacePoint};
+use crate::scene::{Luminaire, MatterAt, Scene};
 use flow::Flow;
 use lines::Through;
 use photons::crowd;
@@ -146,11 +146,9 @@ impl Plan {
         self.existence.is_refuted() && self.settings.max_reflections.is_none()
     }
 
-    /// What a line meets: the surface, its material, and the point on it.
-    pub fn matter_at(&self, hit: &Hit) -> (&Surface, &Material, SurfacePoint) {
-        let surface = self.scene.surface_of(hit.triangle);
-        let point = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
-        (surface, &self.scene.materials[surface.material as usize], point)
+    /// What a line meets, as it is on average over `footprint`: the side (m) of what looks, on a surface that faces it; 0: a point.
+    pub fn matter_at(&self, hit: &Hit, footprint: f32) -> MatterAt<'_> {
+        self.scene.matter_at(hit.triangle, hit.u, hit.v, footprint)
     }
 }
 

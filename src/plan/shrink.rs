@@ -6,7 +6,7 @@ use super::flow::{Flow, emission};
 use super::omission::{Omission, Omittable};
 use crate::optics::{Lobe, Term};
 use crate::rays::Rays;
-use crate::scene::{Luminaire, Material, Scene};
+use crate::scene::{Luminaire, Material, Mesh, Scene};
 
 /// Takes out what does nothing whatever the light: matter that is not there, materials without triangles, normals.
 pub(super) fn drop_unused(scene: &mut Scene, settings: &Settings, omissions: &mut Vec<Omission>) {
@@ -90,7 +90,9 @@ pub(super) fn drop_unread(
         let mut dark = Vec::new();
         for material in &mut scene.materials {
             let before = material.bsdf.terms.len();
-            material.bsdf.terms.retain(|term| flow.uses(term));
+            // Those of a pattern stand and fall together.
+            let whole = material.pattern.is_some() && material.bsdf.terms.iter().any(|term| flow.uses(term));
+            material.bsdf.terms.retain(|term| whole || flow.uses(term));
             if material.bsdf.terms.len() < before {
                 dark.push(material.name.as_str());
             }
@@ -151,9 +153,13 @@ pub(super) fn only(scene: &Scene, keep: impl Fn(u32) -> bool) -> Scene {
     retain(&mut small.mesh.triangles, &kept);
     retain(&mut small.mesh.surface, &kept);
     retain(&mut small.mesh.positions, &has_triangle);
-    if !small.mesh.normals.is_empty() {
-        retain(&mut small.mesh.normals, &has_triangle);
-    }
+    let Mesh { positions: _, normals, triangles: _, surface: _, uvs: [first, second], colours, tangents } =
+        &mut small.mesh;
+    retain_if_any(normals, &has_triangle);
+    retain_if_any(first, &has_triangle);
+    retain_if_any(second, &has_triangle);
+    retain_if_any(colours, &has_triangle);
+    retain_if_any(tangents, &has_triangle);
     small.mesh.triangles.iter_mut().flatten().for_each(|vertex| *vertex = new_vertex[*vertex as usize]);
     small.luminaires.retain(|luminaire| match luminaire {
         Luminaire::Triangle { triangle, .. } => kept[*triangle as usize],
@@ -198,4 +204,11 @@ fn retain<T>(things: &mut Vec<T>, kept: &[bool]) {
         index += 1;
         kept[index - 1]
     });
+}
+
+/// Of things that are there for each of `kept`, or not at all.
+fn retain_if_any<T>(things: &mut Vec<T>, kept: &[bool]) {
+    if !things.is_empty() {
+        retain(things, kept);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::centre::{Centre, Eye, centre};
 use super::{Luminaire, Material, Mesh, Shape, Surface};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
 
@@ -93,7 +93,8 @@ impl Assembly {
         let positions: Vec<Vec3> = shape.positions.iter().map(|p| (p - self.origin).as_vec3()).collect();
         let mut place = vec![u32::MAX; positions.len()];
         let (mut smooth, mut away, mut kept) = (false, 0_usize, 0_usize);
-        for triangle in shape.triangles {
+        let (first, mut kept_vertices) = (mesh.positions.len(), Vec::new());
+        for triangle in &shape.triangles {
             let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
             let across = (b - a).cross(c - a);
             if !across.length().is_finite() {
@@ -119,11 +120,13 @@ impl Assembly {
                     *place = mesh.positions.len() as u32;
                     mesh.positions.push(positions[vertex as usize]);
                     mesh.normals.push(own.unwrap_or(normal));
+                    kept_vertices.push(vertex);
                 }
                 *place
             }));
             mesh.surface.push(surface);
         }
+        mesh.add_attributes(&shape, first, &kept_vertices);
         if 2 * away > 3 * kept {
             self.inside_out.push(shape.name.clone());
         }
@@ -145,6 +148,29 @@ impl Assembly {
             self.luminaires.push(luminaire);
         }
         Ok(())
+    }
+}
+
+impl Mesh {
+    /// Adds what `kept` vertices of `shape` have beside positions and normals, the first of which is number `first` here. Who has
+    /// nothing gets zeros, or white, where others have something.
+    fn add_attributes(&mut self, shape: &Shape, first: usize, kept: &[u32]) {
+        for (all, own) in self.uvs.iter_mut().zip(&shape.uvs) {
+            add(all, own.as_deref(), Vec2::ZERO, first, kept);
+        }
+        add(&mut self.colours, shape.colours.as_deref(), Vec4::ONE, first, kept);
+        add(&mut self.tangents, shape.tangents.as_deref(), Vec4::ZERO, first, kept);
+    }
+}
+
+fn add<T: Copy>(all: &mut Vec<T>, own: Option<&[T]>, none: T, first: usize, kept: &[u32]) {
+    match own {
+        Some(own) => {
+            all.resize(first, none);
+            all.extend(kept.iter().map(|vertex| own[*vertex as usize]));
+        }
+        None if !all.is_empty() => all.resize(first + kept.len(), none),
+        None => {}
     }
 }
 

@@ -1,10 +1,10 @@
 //! What a [`SceneBuilder`] refuses: each reason names the thing and what it may be.
 
 use super::illumination::{matrix_from, square_from};
-use super::{Camera, Illumination, Luminaire, Material, Matter, Projection, SceneBuilder, Shape};
+use super::{Camera, Illumination, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape};
 use crate::light::{Light, Matrix};
 use crate::optics::Lobe;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 type Reason = String;
 
@@ -49,6 +49,7 @@ fn check_material(material: &Material) -> Result<(), Reason> {
     if !is_amount(material.dispersion) {
         return Err(format!("its dispersion {} is negative or not finite", material.dispersion));
     }
+    material.pattern.as_deref().map_or(Ok(()), check_pattern)?;
     material.opaque.into_iter().chain(material.straight).try_for_each(check_matrix)?;
     material.illumination.map_or(Ok(()), check_illumination)?;
     material.emission.map_or(Ok(()), |emission| check_light("its emission", emission.radiance))
@@ -85,9 +86,55 @@ fn check_shape(shape: &Shape, materials: usize) -> Result<(), Reason> {
             return Err(format!("the normal of vertex {vertex} is not finite"));
         }
     }
+    check_attributes(shape)?;
     match shape.triangles.iter().flatten().find(|vertex| **vertex as usize >= count) {
         Some(vertex) => Err(format!("a triangle refers to vertex {vertex} of {count}")),
         None => Ok(()),
+    }
+}
+
+fn check_attributes(shape: &Shape) -> Result<(), Reason> {
+    for uvs in shape.uvs.iter().flatten() {
+        check_vertices(shape, "texture coordinates", uvs, |uv| uv.is_finite())?;
+    }
+    if let Some(colours) = &shape.colours {
+        let share = |colour: &Vec4| colour.to_array().iter().all(|x| (0.0..=1.0).contains(x));
+        check_vertices(shape, "colours (0 to 1)", colours, share)?;
+    }
+    shape
+        .tangents
+        .as_ref()
+        .map_or(Ok(()), |tangents| check_vertices(shape, "tangents", tangents, |tangent| tangent.is_finite()))
+}
+
+fn check_vertices<T>(
+    shape: &Shape,
+    what: &str,
+    values: &[T],
+    fine: impl Fn(&T) -> bool,
+) -> Result<(), Reason> {
+    let (count, n) = (shape.positions.len(), values.len());
+    if n != count {
+        return Err(format!("has {count} positions and {n} {what}; give as many"));
+    }
+    match values.iter().position(|value| !fine(value)) {
+        Some(vertex) => Err(format!("the {what} of vertex {vertex} cannot be")),
+        None => Ok(()),
+    }
+}
+
+fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
+    let Pbr { base, metallic, roughness, transmission, emissive, emission, ior, .. } = pattern;
+    let shares = [base.factor.x, base.factor.y, base.factor.z, *metallic, *roughness, transmission.factor];
+    if let Some(share) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
+        return Err(format!("a factor of its pattern is {share}; it goes from 0 to 1"));
+    }
+    let emits = is_colour(emissive.factor) && emission.iter().copied().all(is_amount);
+    let placed = pattern.textures().all(|texture| texture.transform.is_finite() && texture.set < 2);
+    let bumps = pattern.normal.as_ref().is_none_or(|map| map.scale.is_finite());
+    match emits && placed && bumps && *ior > 0.0 && ior.is_finite() {
+        true => Ok(()),
+        false => Err("a number of its pattern is negative or not finite, or a texture's set beyond 1".into()),
     }
 }
 

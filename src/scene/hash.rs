@@ -2,10 +2,15 @@
 //! struct is taken apart in full, so that a new field must be given a place here.
 
 use super::material::Follows;
-use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
+use super::texture::{Image, Sampler, Texture, Wrap};
+use super::{
+    Backs, Camera, Emission, Factor, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
+    Surface, VertexColours,
+};
 use crate::light::{Light, Matrix};
 use crate::optics::{Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, Term, ThinDielectric};
-use glam::Vec3;
+use glam::{Affine2, Vec2, Vec3, Vec4};
+use std::sync::Arc;
 
 /// To be raised where the hash of a scene that has not changed is to change, because its picture does.
 const VERSION: u32 = 1;
@@ -21,6 +26,12 @@ impl Fnv {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
+    }
+
+    /// Eight bytes at once, where there are many: another hash, of the same kind.
+    pub fn word(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        self.0 ^= self.0 >> 32;
     }
 }
 
@@ -51,6 +62,18 @@ impl Fields for f32 {
 impl Fields for bool {
     fn feed(&self, fnv: &mut Fnv) {
         u32::from(*self).feed(fnv);
+    }
+}
+
+impl Fields for u64 {
+    fn feed(&self, fnv: &mut Fnv) {
+        fnv.bytes(&self.to_le_bytes());
+    }
+}
+
+impl<T: Fields> Fields for Arc<T> {
+    fn feed(&self, fnv: &mut Fnv) {
+        (**self).feed(fnv);
     }
 }
 
@@ -93,6 +116,24 @@ impl Fields for Vec3 {
     }
 }
 
+impl Fields for Vec2 {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.to_array().feed(fnv);
+    }
+}
+
+impl Fields for Vec4 {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.to_array().feed(fnv);
+    }
+}
+
+impl Fields for Affine2 {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.to_cols_array().feed(fnv);
+    }
+}
+
 impl Fields for Matrix {
     fn feed(&self, fnv: &mut Fnv) {
         self.rows().feed(fnv);
@@ -114,10 +155,15 @@ macro_rules! fields {
 fields! {
     // The default illumination has become the materials' matrices.
     Scene { mesh, surfaces, materials, luminaires, camera; name, origin, illumination, notes }
-    Mesh { positions, normals, triangles, surface }
     Surface { material, smooth, closed; name }
-    // The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
-    Material { emission, backs, absorption, dispersion, bsdf, follows; name, lobes, illumination, opaque, straight, resolved }
+    Pbr {
+        base, vertex_colours, metallic, roughness, metallic_roughness, transmission, ior, solid, two_sided, unlit, emissive,
+        emission, normal
+    }
+    NormalMap { texture, scale }
+    VertexColours { most, mean }
+    Texture { image, sampler, set, transform }
+    Sampler { wrap, linear }
     Emission { radiance, two_sided }
     Follows { s, t }
     Bsdf { straight, terms }
@@ -128,6 +174,80 @@ fields! {
     Light { invisible, visible }
     SpotCone { inner, outer }
     Camera { position, right, up, forward, projection, aspect }
+}
+
+/// Goes before what not every scene has: as a count, or as a variant's number, it never comes.
+const MORE: u64 = u64::MAX;
+
+impl Fields for Mesh {
+    /// That of a mesh without texture coordinates is what it was before there were any.
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { positions, normals, triangles, surface, uvs, colours, tangents } = self;
+        ((positions, normals), (triangles, surface)).feed(fnv);
+        if uvs.iter().any(|uvs| !uvs.is_empty()) || !colours.is_empty() || !tangents.is_empty() {
+            (MORE, (uvs, (colours, tangents))).feed(fnv);
+        }
+    }
+}
+
+impl Fields for Material {
+    /// The lobes and what the material has of its own have become its BSDF; what follows the scene's point, an atlas keeps apart.
+    /// That of a material without textures is what it was before there were any.
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self {
+            name: _,
+            lobes: _,
+            pattern,
+            illumination: _,
+            opaque: _,
+            straight: _,
+            emission,
+            backs,
+            absorption,
+            dispersion,
+            bsdf,
+            reflects,
+            resolved: _,
+            follows,
+        } = self;
+        ((emission, backs), (bsdf, follows)).feed(fnv);
+        if let Some(pattern) = pattern {
+            (MORE, (pattern, reflects)).feed(fnv);
+        }
+        if *absorption != Vec3::ZERO || *dispersion != 0.0 {
+            (MORE, (absorption, dispersion)).feed(fnv);
+        }
+    }
+}
+
+impl<T: Fields> Fields for Factor<T> {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { factor, texture } = self;
+        (factor, texture).feed(fnv);
+    }
+}
+
+impl Fields for Image {
+    fn feed(&self, fnv: &mut Fnv) {
+        self.content().feed(fnv);
+    }
+}
+
+impl Fields for u8 {
+    fn feed(&self, fnv: &mut Fnv) {
+        fnv.bytes(&[*self]);
+    }
+}
+
+impl Fields for Wrap {
+    fn feed(&self, fnv: &mut Fnv) {
+        let tag: u32 = match self {
+            Self::Repeat => 0,
+            Self::Mirrored => 1,
+            Self::Clamp => 2,
+        };
+        tag.feed(fnv);
+    }
 }
 
 impl Fields for Backs {

@@ -1,8 +1,9 @@
-use super::{Emission, Illumination, Matter, SurfacePoint};
+use super::{Emission, Illumination, Inputs, Matter, Pbr};
 use crate::light::Matrix;
 use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term};
 use glam::Vec3;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// What a surface is made of. Its matrix BSDF follows from all of this and from the scene's illumination, by
 /// [`SceneBuilder::build`](super::SceneBuilder::build) and [`Scene::illuminate`](super::Scene::illuminate).
@@ -10,8 +11,10 @@ use std::borrow::Cow;
 pub struct Material {
     /// Name, for `--set` and messages.
     pub name: String,
-    /// The scalar lobes with their shares: together the paper's f_opaque.
+    /// The scalar lobes with their shares: together the paper's f_opaque. Where there is a `pattern`, what no point of it exceeds.
     pub lobes: Vec<(f32, Lobe)>,
+    /// What the lobes follow from where they are not the same everywhere.
+    pub pattern: Option<Arc<Pbr>>,
     /// The material's own illumination (extras), if it has one.
     pub illumination: Option<Illumination>,
     /// The material's own matrix of the lobes (extras), over what `illumination` says.
@@ -27,8 +30,10 @@ pub struct Material {
     pub absorption: Vec3,
     /// How its glass spreads colours: 20 over Abbe's number, as KHR_materials_dispersion has it; 0 not at all.
     pub dispersion: f32,
-    /// The resolved matrix BSDF.
+    /// The resolved matrix BSDF; where there is a `pattern`, of `lobes`, which are its bounds.
     pub(crate) bsdf: Bsdf,
+    /// The resolved matrix of the lobes.
+    pub(crate) reflects: Matrix,
     /// The illumination that `bsdf` was resolved from, in words.
     pub(crate) resolved: String,
     /// Which of its matrices are those of the scene's point of the square.
@@ -61,6 +66,7 @@ impl Material {
         Self {
             name: name.into(),
             lobes: vec![(1.0, lobe)],
+            pattern: None,
             illumination: None,
             opaque: None,
             straight: None,
@@ -69,9 +75,18 @@ impl Material {
             absorption: Vec3::ZERO,
             dispersion: 0.0,
             bsdf: Bsdf::default(),
+            reflects: Matrix::ZERO,
             resolved: String::new(),
             follows: Follows::default(),
         }
+    }
+
+    /// A glTF material, with its emission. It has a `pattern` where it is not the same everywhere.
+    pub fn pbr(name: impl Into<String>, pbr: Pbr) -> Self {
+        let plain = Self::diffuse(name, Vec3::ZERO);
+        let (lobes, emission) = (pbr.envelope().collect(), pbr.emitted());
+        let pattern = pbr.varies().then(|| Arc::new(pbr));
+        Self { lobes, emission, pattern, ..plain }
     }
 
     /// Lambert's reflector, one-sided; `albedo` in [0, 1].
@@ -121,17 +136,30 @@ impl Material {
 
     /// Shining: each of its triangles becomes a luminaire.
     #[must_use]
-    pub fn with_emission(self, emission: Emission) -> Self {
+    pub fn with_emission(mut self, emission: Emission) -> Self {
+        if let Some(pattern) = &mut self.pattern {
+            Arc::make_mut(pattern).emission = [0.0; 2]; // its own is no more
+        }
         Self { emission: Some(emission), ..self }
     }
 
-    /// The matrix BSDF at a point of the surface: what every walk asks. Matter is the same everywhere, so that it is lent.
+    /// The matrix BSDF at a point of the surface: what every walk asks, by way of
+    /// [`Scene::matter_at`](super::Scene::matter_at). Lent where it is the same everywhere.
     #[inline]
-    pub fn at(&self, _: &SurfacePoint) -> Cow<'_, Bsdf> {
-        Cow::Borrowed(&self.bsdf)
+    pub fn at(&self, inputs: &Inputs) -> Cow<'_, Bsdf> {
+        match &self.pattern {
+            // Of lobes that all came to nothing, or that nothing reads, none comes back.
+            Some(pattern) if !self.bsdf.terms.is_empty() => {
+                let term = |(share, lobe)| Term { coefficient: share * self.reflects, lobe };
+                let terms = pattern.lobes(inputs).map(term).collect();
+                Cow::Owned(Bsdf { straight: self.bsdf.straight, terms })
+            }
+            _ => Cow::Borrowed(&self.bsdf),
+        }
     }
 
-    /// The matrix BSDF F = Σ C_k f_k that plans and bounds look at; empty before it is resolved.
+    /// The matrix BSDF F = Σ C_k f_k that plans and bounds look at, at every point no less than that there; empty before it is
+    /// resolved.
     pub fn bsdf(&self) -> &Bsdf {
         &self.bsdf
     }
@@ -170,6 +198,7 @@ impl Material {
             self.follows.s = (theirs.is_none() && !own(self.opaque)).then_some(s);
             self.follows.t = ((theirs.is_none() || whitted) && !own(self.straight)).then_some(t);
         }
+        self.reflects = matter.opaque;
         self.bsdf = self.assemble(matter);
     }
 
@@ -178,6 +207,7 @@ impl Material {
         let there = Illumination::Square { s, t }.own_matter();
         if let Some(own) = &mut self.follows.s {
             *own = s;
+            self.reflects = there.opaque;
             self.bsdf.terms = self.terms(there.opaque);
         }
         if let Some(own) = &mut self.follows.t {

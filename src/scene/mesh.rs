@@ -1,5 +1,7 @@
+use super::{Inputs, texture::Texture};
 use crate::optics::Normals;
-use glam::Vec3;
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+use std::ops::{Add, Mul};
 
 /// Triangles in scene space (m). Counter-clockwise is the front.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +14,14 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The surface each triangle belongs to.
     pub surface: Vec<u32>,
+    /// Two sets of texture coordinates, (0, 0) where the upper left corner of an image is; each as many as positions, or none
+    /// where no surface has them.
+    pub uvs: [Vec<Vec2>; 2],
+    /// Colours with alpha, linear, in [0, 1]; as many as positions, or none.
+    pub colours: Vec<Vec4>,
+    /// Where the right of a normal map is; w: 1 where its up is normal × tangent, −1 where that is its down, 0 where nothing is
+    /// known. As many as positions, or none.
+    pub tangents: Vec<Vec4>,
 }
 
 /// What a run of triangles has in common: one glTF primitive under one node.
@@ -38,13 +48,21 @@ pub struct SurfacePoint {
     pub normals: Normals,
     /// The triangle.
     pub triangle: u32,
+    /// Weight of its second corner.
+    pub u: f32,
+    /// Weight of its third corner.
+    pub v: f32,
 }
 
 impl Mesh {
     /// What it takes in memory.
     pub fn bytes(&self) -> usize {
-        let Self { positions, normals, triangles, surface } = self;
+        let Self { positions, normals, triangles, surface, uvs: [first, second], colours, tangents } = self;
         size_of_val(&positions[..])
+            + size_of_val(&first[..])
+            + size_of_val(&second[..])
+            + size_of_val(&colours[..])
+            + size_of_val(&tangents[..])
             + size_of_val(&normals[..])
             + size_of_val(&triangles[..])
             + size_of_val(&surface[..])
@@ -100,11 +118,67 @@ impl Mesh {
         } else {
             Normals::flat(geometric)
         };
-        SurfacePoint { position, error: gamma(7) * magnitude, normals, triangle }
+        SurfacePoint { position, error: gamma(7) * magnitude, normals, triangle, u, v }
     }
 }
 
 impl Mesh {
+    /// What textures are looked up by at a point, seen over `footprint` (m), the side of what looks on a surface that faces it.
+    pub fn inputs(&self, point: &SurfacePoint, footprint: f32) -> Inputs {
+        let mut inputs = Inputs::default();
+        for (set, uvs) in self.uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty()) {
+            inputs.uvs[set] = self.between(point, uvs);
+            if footprint > 0.0 {
+                inputs.widths[set] = footprint * self.stretch(point.triangle, uvs);
+            }
+        }
+        if !self.colours.is_empty() {
+            inputs.colour = self.between(point, &self.colours);
+        }
+        inputs
+    }
+
+    /// Texture coordinates per metre: the root of the ratio of areas.
+    fn stretch(&self, triangle: u32, uvs: &[Vec2]) -> f32 {
+        let [a, b, c] = self.corners(triangle);
+        let [ta, tb, tc] = self.triangles[triangle as usize].map(|i| uvs[i as usize]);
+        ((tb - ta).perp_dot(tc - ta).abs() / (b - a).cross(c - a).length()).sqrt()
+    }
+
+    /// What vertices have, at a point between them.
+    #[inline]
+    fn between<T: Copy + Add<Output = T> + Mul<f32, Output = T>>(
+        &self,
+        point: &SurfacePoint,
+        values: &[T],
+    ) -> T {
+        let [a, b, c] = self.triangles[point.triangle as usize].map(|i| values[i as usize]);
+        a * (1.0 - point.u - point.v) + b * point.u + c * point.v
+    }
+
+    /// Where the right of `texture` is at a point (any length), and 1 where its up is normal × right, else −1. Without tangents
+    /// that of the triangle as it is laid out. None: it is not laid out at all.
+    pub fn tangent(&self, point: &SurfacePoint, texture: &Texture) -> Option<(Vec3, f32)> {
+        if !self.tangents.is_empty() {
+            let corners = self.triangles[point.triangle as usize].map(|i| self.tangents[i as usize]);
+            if corners.iter().all(|tangent| tangent.w != 0.0) {
+                let up = corners[0].w.signum();
+                return Some((self.between(point, &self.tangents).xyz(), up));
+            }
+        }
+        let uvs = &self.uvs[usize::from(texture.set & 1)];
+        if uvs.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.corners(point.triangle);
+        let [ta, tb, tc] = self.triangles[point.triangle as usize].map(|i| uvs[i as usize]);
+        let [first, second] = [tb - ta, tc - ta].map(|step| texture.transform.matrix2 * step);
+        // The image's second coordinate runs down.
+        let turned = first.perp_dot(second);
+        let right = (second.y * (b - a) - first.y * (c - a)) * turned.signum();
+        (turned != 0.0 && turned.is_finite()).then_some((right, -turned.signum()))
+    }
+
     /// How the interpolated normal of `triangle` changes with a small `step` (m) in its plane from barycentric (1 − u − v, u, v), m⁻¹
     /// times m.
     pub fn bend(&self, triangle: u32, u: f32, v: f32, step: Vec3) -> Vec3 {
@@ -159,6 +233,7 @@ mod tests {
                 .to_vec(),
             triangles: vec![[0, 1, 2]],
             surface: vec![0],
+            ..Mesh::default()
         };
         let [a, b, c] = mesh.corners(0);
         let at = |u, v| mesh.point(0, u, v, true).normals.shading;

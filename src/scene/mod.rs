@@ -47,9 +47,12 @@ mod hash_tests;
 mod illumination;
 mod luminaire;
 mod material;
+mod matter_at;
 mod mesh;
 pub(crate) mod names;
+mod pbr;
 mod shape;
+pub mod texture;
 
 pub use build::SceneBuilder;
 pub use camera::{Camera, Projection, View};
@@ -57,9 +60,12 @@ pub(crate) use hash::Fnv;
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
 pub use material::{Backs, Material};
+pub use matter_at::MatterAt;
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
+pub use pbr::{Factor, NormalMap, Parameters, Pbr, VertexColours};
 pub use shape::Shape;
+pub use texture::Inputs;
 
 use crate::error::{Error, Result};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{PI, TAU};
 
 /// Triangles of one material in world space: what becomes one [`Surface`](super::Surface).
@@ -16,6 +16,13 @@ pub struct Shape {
     pub triangles: Vec<[u32; 3]>,
     /// Whether the triangles enclose a volume. None: found out.
     pub closed: Option<bool>,
+    /// Two sets of texture coordinates, each as many as positions; (0, 0) is the upper left corner of an image.
+    pub uvs: [Option<Vec<Vec2>>; 2],
+    /// Colours with alpha, linear, in [0, 1]; as many as positions.
+    pub colours: Option<Vec<Vec4>>,
+    /// Where the right of a normal map is (any length), as many as positions; w: 1 where its up is normal × tangent, −1 where
+    /// that is its down. None: as the texture coordinates lay it out.
+    pub tangents: Option<Vec<Vec4>>,
 }
 
 impl Shape {
@@ -34,6 +41,9 @@ impl Shape {
             normals: None,
             triangles: triangles.into(),
             closed: None,
+            uvs: [None, None],
+            colours: None,
+            tangents: None,
         }
     }
 
@@ -74,6 +84,19 @@ impl Shape {
         Self { normals: Some(normals), ..self }
     }
 
+    /// With the first set of texture coordinates, as many as positions.
+    #[must_use]
+    pub fn with_uvs(mut self, uvs: Vec<Vec2>) -> Self {
+        self.uvs[0] = Some(uvs);
+        self
+    }
+
+    /// With colours of vertices and their alpha, linear, in [0, 1], as many as positions.
+    #[must_use]
+    pub fn with_colours(self, colours: Vec<Vec4>) -> Self {
+        Self { colours: Some(colours), ..self }
+    }
+
     /// Without vertex normals.
     #[must_use]
     pub fn flat(self) -> Self {
@@ -85,6 +108,7 @@ impl Shape {
     pub fn inside_out(mut self) -> Self {
         self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         self.normals.iter_mut().flatten().for_each(|normal| *normal = -*normal);
+        self.tangents.iter_mut().flatten().for_each(|tangent| tangent.w = -tangent.w);
         self
     }
 }

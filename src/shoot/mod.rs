@@ -14,7 +14,7 @@ use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, Surface, SurfacePoint};
+use crate::scene::{Material, MatterAt, Surface, SurfacePoint};
 use crowd::Crowd;
 use glam::Vec3;
 use levels::Levels;
@@ -170,14 +170,14 @@ impl<'a, P: Power> Walk<'a, P> {
         let mut power = line.power;
         let mut before = 0.0;
         for hit in &hits {
-            let (surface, material, point) = self.plan.matter_at(hit);
+            let MatterAt { surface, material, point, bsdf, .. } = self.plan.matter_at(hit, 0.0);
             if line.absorption != Vec3::ZERO {
                 let whole = power;
                 power = power.filtered(left_of(line.absorption, hit.t - before));
                 self.photons.ledger.absorbed += f64::from(whole.total()) - f64::from(power.total());
             }
             before = hit.t;
-            let bsdf: &Bsdf = &material.at(&point);
+            let bsdf: &Bsdf = &bsdf;
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[surface.material as usize]
                 && self.photon_plan.classes.contains(line.class)

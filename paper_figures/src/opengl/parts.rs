@@ -130,6 +130,7 @@ mod tests {
             normals: vec![],
             triangles: vec![[0, 1, 2]],
             surface: vec![0],
+            ..Mesh::default()
         };
         let mut part = Part::default();
         divide(&mut part, &mesh, 0, 0.3);

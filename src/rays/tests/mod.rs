@@ -28,6 +28,7 @@ fn scene(triangles: &[[Vec3; 3]], material: impl Fn(usize) -> u32, straight: &[M
         normals: vec![Vec3::Z; 3 * triangles.len()],
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         surface: (0..triangles.len()).map(material).collect(),
+        ..Mesh::default()
     };
     scene
 }

@@ -211,13 +211,11 @@ fn pose(
 
 fn shape(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Shape {
     let triangles = geometry.triangles.iter();
+    let triangles = triangles.map(|&[a, b, c]| if posed.mirrored { [a, c, b] } else { [a, b, c] });
     Shape {
-        name,
-        material,
-        positions: posed.positions,
         normals: posed.normals,
-        triangles: triangles.map(|&[a, b, c]| if posed.mirrored { [a, c, b] } else { [a, b, c] }).collect(),
         closed: Some(geometry.closure.closed),
+        ..Shape::new(name, material, posed.positions, triangles.collect::<Vec<_>>())
     }
 }
 

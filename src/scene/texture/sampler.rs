@@ -1,0 +1,57 @@
+/// How an image goes on beyond an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// From its other edge.
+    #[default]
+    Repeat,
+    /// Turned round at every edge.
+    Mirrored,
+    /// As its outermost texels are.
+    Clamp,
+}
+
+/// How an image goes on beyond its edges and between its texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Sampler {
+    /// Beyond its left and right edge, and beyond its upper and lower one.
+    pub wrap: [Wrap; 2],
+    /// Between texels, linearly; else texels are squares of one colour where they are larger than what looks.
+    pub linear: bool,
+}
+
+impl Default for Sampler {
+    /// As in glTF where nothing is said.
+    fn default() -> Self {
+        Self { wrap: [Wrap::Repeat; 2], linear: true }
+    }
+}
+
+impl Wrap {
+    /// A place on an axis of `size` texels, in texels, brought near the image: in [0, `size`], for mirrored images in
+    /// [0, 2 `size`].
+    #[inline]
+    pub(super) fn place(self, coordinate: f32, size: f32) -> f32 {
+        let place = match self {
+            Self::Repeat => coordinate - coordinate.floor(),
+            Self::Mirrored => coordinate - 2.0 * (0.5 * coordinate).floor(),
+            Self::Clamp => coordinate.clamp(0.0, 1.0),
+        };
+        // Coordinates that overflow on their way lead somewhere.
+        if place.is_finite() { size * place } else { 0.0 }
+    }
+
+    /// The texel at a whole place at most one beyond those of [`place`](Self::place).
+    #[inline]
+    pub(super) fn texel(self, place: i32, size: u32) -> u32 {
+        let n = size as i32;
+        let texel = match self {
+            Self::Repeat => place.rem_euclid(n),
+            Self::Clamp => place.clamp(0, n - 1),
+            Self::Mirrored => {
+                let place = place.rem_euclid(2 * n);
+                place.min(2 * n - 1 - place)
+            }
+        };
+        texel as u32
+    }
+}
