@@ -15,10 +15,10 @@ use glam::Vec3;
 use halflight::film::{Film, Layer};
 use halflight::light::{Light, Matrix};
 use halflight::measure::{Estimate, agreement};
-use halflight::optics::{Dielectric, Lobe, Mirror};
+use halflight::optics::{Dielectric, Glossy, Lobe, Mirror};
 use halflight::plan::{Direct, Method, Settings};
 use halflight::render::Render;
-use halflight::scene::{Camera, Illumination, Luminaire, Matter, Projection, Scene};
+use halflight::scene::{Camera, Illumination, Luminaire, Material, Matter, Projection, Scene};
 
 const SIDE: u32 = 20;
 
@@ -270,6 +270,49 @@ fn with_facets_that_are_shaded_smooth() {
         build.sphere(centre, 0.4, (10, 6), false, ball);
     }
     must_agree("facets", &build.finish(), Direct::Connection);
+}
+
+/// A rough mirror of this roughness, seen from outside.
+fn rough(roughness: f32, tint: Vec3) -> Lobe {
+    let alpha = roughness * roughness;
+    Lobe::Glossy(Glossy::new(tint, Vec3::ONE, [alpha; 2], Vec3::X, false))
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_rough_metal() {
+    let mut build = mixed(false, false);
+    let tint = Vec3::new(0.9, 0.8, 0.7);
+    let balls = [
+        (0.02, Vec3::new(-0.5, -0.5, 0.1)),
+        (0.1, Vec3::new(0.5, -0.5, 0.1)),
+        (0.3, Vec3::new(-0.5, 0.4, -0.2)),
+        (0.8, Vec3::new(0.5, 0.4, -0.2)),
+    ];
+    for (roughness, centre) in balls {
+        let ball = build.material("Ball", rough(roughness, tint));
+        build.sphere(centre, 0.38, (48, 24), false, ball);
+    }
+    must_agree("rough metal", &build.finish(), Direct::Connection);
+    if !left_to_the_long_run("rough metal, direct photons") {
+        // All walls are.
+        let mut build = mixed(true, false);
+        build.0.materials[0].lobes = vec![(1.0, rough(0.4, Vec3::splat(0.6)))];
+        must_agree("rough metal, direct photons", &build.finish(), Direct::Photons);
+    }
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_glass_that_absorbs_and_spreads_colours() {
+    let mut build = mixed(false, false);
+    let glass = Material::glass("Glass", 1.5).with_absorption(Vec3::new(0.3, 1.2, 2.0)).with_dispersion(8.0);
+    let glass = build.0.material(glass);
+    build.sphere(Vec3::new(0.45, -0.45, 0.2), 0.4, (48, 24), false, glass);
+    let inner = Material::glass("Core", 1.2).with_absorption(Vec3::new(2.0, 0.5, 0.0));
+    let inner = build.0.material(inner);
+    build.sphere(Vec3::new(0.45, -0.45, 0.2), 0.2, (48, 24), false, inner);
+    must_agree("colours in glass", &build.finish(), Direct::Connection);
 }
 
 #[test]
