@@ -83,7 +83,9 @@ fn lamp_that_is_only_seen() -> Scene {
 fn black_coats() -> Scene {
     let mut scene = builtin("cornell-spheres", "global", &[]);
     for material in &mut scene.materials {
-        material.lobes.push((1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ZERO, two_sided: true })));
+        material
+            .lobes
+            .push((1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ZERO, two_sided: true, under: None })));
     }
     scene.illuminate(None, &[]).expect("no names");
     scene

@@ -20,7 +20,7 @@ pub fn scene(straight_of_spheres: Matrix) -> Scene {
         Projection::Perspective { yfov: 1.2 },
     );
     let mut scene = Scene::builder("two spheres in a box").camera(camera).origin(DVec3::ZERO);
-    let both = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let both = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     let walls = scene.material(Material::new("walls", both).with_straight(Matrix::ZERO));
     let spheres = scene.material(Material::new("spheres", both).with_straight(straight_of_spheres));
     let soup = |material: u32, corners: &[[Vec3; 4]]| {

@@ -101,7 +101,7 @@ fn ball(halvings: u32) -> Scene {
     let camera =
         Camera::look_at(Vec3::new(0.0, 0.5, 2.9), Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 0.9 });
     let mut scene = Scene::builder("ball").camera(camera).origin(DVec3::ZERO);
-    let diffuse = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
+    let diffuse = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true, under: None });
     let [room, ball] = ["Room", "Ball"].map(|name| scene.material(Material::new(name, diffuse)));
     let mut triangles = Vec::new();
     for signs in 0..8 {

@@ -2,16 +2,17 @@
 //!
 //! A rough mirror that reflects all reflects E(μ, α) = 1 − M(μ, α) of what comes at cosine μ by one facet; the rest M meets
 //! a second one. Of E the share Φ carries Schlick's (1 − wo·h)⁵, so that E (f0 (1 − Φ) + f90 Φ) is reflected. For small α all
-//! of this happens within grazing angles of cosine α; hence the table's coordinate x = μ (1 + α) / (μ + α), in which it has a
-//! limit. Roughnesses are spaced evenly in √α.
+//! of this happens within grazing angles of cosine α; hence the table's coordinate √x with x = μ (1 + α) / (μ + α), in which
+//! it has a limit. Roughnesses are spaced evenly in √α.
 
 use super::microfacet::{Ggx, mirror};
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
 
 /// Nodes in x and in √α.
 const COSINES: usize = 32;
-const ROUGHNESSES: usize = 32;
+const ROUGHNESSES: usize = 24;
 /// Nodes of the averages, even in ln α.
 const AVERAGES: usize = 128;
 /// The smallest roughness that is told from zero, α and √α.
@@ -56,8 +57,13 @@ pub(crate) fn cosine_weighted(f: impl Fn(f32) -> f32) -> f32 {
     (panel(0.0, 0.25) + panel(0.25, 1.0)) as f32
 }
 
+/// Panels of four nodes over chords and along each, and how exactly its ends are found.
+const CHORDS: u32 = 3;
+const ALONG: u32 = 3;
+const HALVINGS: u32 = 7;
+
 struct Tables {
-    /// M, and Φ − (1 − μ)⁵.
+    /// M, and (Φ − (1 − μ)⁵) / α.
     by_cosine: [[[f32; 2]; COSINES]; ROUGHNESSES],
     mean: [Mean; AVERAGES],
 }
@@ -83,7 +89,7 @@ impl Tables {
             let root = SMOOTHEST + (1.0 - SMOOTHEST) * i as f32 / (ROUGHNESSES - 1) as f32;
             let alpha = f64::from(root * root);
             for (j, entry) in row.iter_mut().enumerate() {
-                let x = j as f64 / (COSINES - 1) as f64;
+                let x = (j as f64 / (COSINES - 1) as f64).powi(2);
                 *entry = integrate(alpha * x / (1.0 + alpha - x), alpha).map(|value| value as f32);
             }
         }
@@ -98,12 +104,12 @@ impl Tables {
         let alpha = alpha.clamp(SMALLEST, 1.0);
         let x = mu * (1.0 + alpha) / (mu + alpha);
         let (i, s) = place((alpha.sqrt() - SMOOTHEST) / (1.0 - SMOOTHEST), ROUGHNESSES);
-        let (j, t) = place(x, COSINES);
+        let (j, t) = place(x.sqrt(), COSINES);
         let [missing, grazing] = [0, 1].map(|k| {
             let [a, b] = [i, i + 1].map(|i| lerp(self.by_cosine[i][j][k], self.by_cosine[i][j + 1][k], t));
             lerp(a, b, s)
         });
-        Albedo { missing, grazing: (grazing + (1.0 - mu).powi(5)).clamp(0.0, 1.0) }
+        Albedo { missing, grazing: (alpha * grazing + (1.0 - mu).powi(5)).clamp(0.0, 1.0) }
     }
 
     fn mean(&self, alpha: f32) -> Mean {
@@ -138,25 +144,56 @@ const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_9),
 ];
 
-/// M and Φ − (1 − μ)⁵: the mean over the facets that are seen, evenly over the cap and half a turn.
+/// M and (Φ − (1 − μ)⁵) / α: the mean over the facets that are seen. Where facets are a hemisphere, those are evenly half of a disk
+/// across the view and half of an ellipse (Heitz 2018), which are cut into chords in planes of incidence. Along a chord
+/// facets tilt from one horizon of what they mirror to the other.
 fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
-    let (turns, panels) = (16, 4);
     let facets = Ggx { alpha: [alpha; 2] };
     let wo = DVec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+    let round = facets.round(wo);
     let (mut missing, mut grazing) = (0.0, 0.0);
-    for turn in 0..turns {
-        let turn = 0.5 * (f64::from(turn) + 0.5) / f64::from(turns);
-        for panel in 0..panels {
-            for (node, weight) in GAUSS {
-                let weight = weight / f64::from(turns * panels);
-                let half = facets.facet(wo, [turn, (f64::from(panel) + node) / f64::from(panels)]);
-                let lost = lost(&facets, wo, mirror(wo, half));
-                missing += weight * lost;
-                grazing += weight * (1.0 - lost) * (1.0 - wo.dot(half)).powi(5);
-            }
+    for (node, weight) in gauss(CHORDS) {
+        let (y, end) = (FRAC_PI_2 * node).sin_cos();
+        let weight = 2.0 * weight * end * end / (1.0 + round.z);
+        let facet = |tilt: f64| {
+            let (x, along) = tilt.sin_cos();
+            let half = DVec3::new(along * round.x - x * round.z, y / end, along * round.z + x * round.x);
+            DVec3::new(alpha * half.x, alpha * half.y, half.z).normalize()
+        };
+        let ends = [-round.z.min(1.0).asin(), FRAC_PI_2];
+        let [from, to] = ends.map(|end| horizon(|t| mirror(wo, facet(t * end)).z) * end);
+        missing += weight * (1.0 + round.z - (to.sin() - from.sin()));
+        for (node, part) in gauss(ALONG) {
+            // Denser near both ends, where shadowing changes fast.
+            let tilt = from + (to - from) * node * node * (3.0 - 2.0 * node);
+            let weight = weight * part * 6.0 * node * (1.0 - node) * (to - from) * tilt.cos();
+            let half = facet(tilt);
+            let lost = lost(&facets, wo, mirror(wo, half));
+            missing += weight * lost;
+            grazing += weight * (1.0 - lost) * (1.0 - wo.dot(half)).powi(5);
         }
     }
-    [missing, grazing / (1.0 - missing) - (1.0 - mu).powi(5)]
+    [missing, (grazing / (1.0 - missing) - (1.0 - mu).powi(5)) / alpha]
+}
+
+/// Nodes in [0, 1] and their weights.
+fn gauss(panels: u32) -> impl Iterator<Item = (f64, f64)> {
+    let n = f64::from(panels);
+    let nodes = move |panel: u32| GAUSS.map(|(node, weight)| ((f64::from(panel) + node) / n, weight / n));
+    (0..panels).flat_map(nodes)
+}
+
+/// Where `height` falls through zero in [0, 1], where it is below.
+fn horizon(height: impl Fn(f64) -> f64) -> f64 {
+    let (mut above, mut below) = ((0.0, height(0.0)), (1.0, height(1.0)));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (above.0 + below.0);
+        let here = (middle, height(middle));
+        if here.1 > 0.0 { above = here } else { below = here }
+    }
+    let fall = above.1 - below.1;
+    // Where all facets look along the horizon, nothing falls.
+    if fall > 0.0 { above.0 + (below.0 - above.0) * (above.1 / fall).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// What of light from `wo` that a facet mirrors to `wi` meets another: one minus the visibility of `wi` where `wo` sees it.
@@ -183,7 +220,6 @@ fn lerp(a: f32, b: f32, t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Instant;
 
     /// The same integral, much finer.
     fn fine(mu: f64, alpha: f64) -> [f64; 2] {
@@ -214,21 +250,32 @@ mod tests {
                         (f64::from(here.missing) - missing).abs(),
                         (f64::from((1.0 - here.missing) * here.grazing) - grazing).abs(),
                     ];
-                    if off[0].max(off[1]) > 1e-3 {
-                        println!("{alpha} {mu}: {missing} {grazing} off {off:?}");
-                    }
                     worst = [worst[0].max(off[0]), worst[1].max(off[1])];
                 }
             }
         }
-        println!("worst {worst:?}");
-        assert!(worst[0] < 1e-3 && worst[1] < 1e-3, "{worst:?}");
+        assert!(worst[0] < 1.5e-3 && worst[1] < 4e-3, "{worst:?}");
     }
 
     #[test]
-    fn building_takes_no_time() {
-        let start = Instant::now();
-        let tables = Tables::build();
-        println!("{:?} {:?}", start.elapsed(), tables.mean[60]);
+    fn averages_are_those_of_what_is_averaged() {
+        for alpha in [1e-6, 3e-5, 1e-3, 0.01, 0.09, 0.3, 0.6, 1.0_f32] {
+            let n = 100_000;
+            let (mut missing, mut grazing) = (0.0, 0.0);
+            // Evenly in μ³, so that grazing angles are not missed: 2 μ dμ = 6 μ t² dt.
+            for i in 0..n {
+                let t = (f64::from(i) + 0.5) / f64::from(n);
+                let here = albedo(t.powi(3) as f32, alpha);
+                let weight = 6.0 * t.powi(5) / f64::from(n);
+                missing += weight * f64::from(here.missing);
+                grazing += weight * f64::from((1.0 - here.missing) * here.grazing);
+            }
+            let mean = mean(alpha);
+            assert!(
+                (f64::from(mean.missing) / missing - 1.0).abs() < 5e-3,
+                "{alpha}: {mean:?} for {missing}"
+            );
+            assert!((f64::from(mean.grazing) - grazing).abs() < 1e-4, "{alpha}: {mean:?} for {grazing}");
+        }
     }
 }

@@ -28,13 +28,18 @@ impl Lobe {
         }
     }
 
-    /// The lobe as Lambert's reflector, if it is one: what needs no direction of the light that arrives, so that a photon map
-    /// serves it, and closed forms of irradiance do.
+    /// The lobe as a diffuse reflector, if it is one: what needs no direction of the light once it has
+    /// [arrived](Diffuse::arrival), so that a photon map serves it.
     pub fn as_diffuse(&self) -> Option<&Diffuse> {
         match self {
             Self::Diffuse(lobe) => Some(lobe),
             Self::Glossy(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
         }
+    }
+
+    /// True for Lambert's reflector with nothing above it: closed forms of irradiance serve it.
+    pub fn is_lambert(&self) -> bool {
+        self.as_diffuse().is_some_and(|lobe| lobe.under.is_none())
     }
 
     /// BSDF value in sr⁻¹ of light from `to` that is seen from `from`, cosine not included; symmetric where the two
@@ -86,6 +91,7 @@ impl Lobe {
     /// What the lobe reflects as a picture of materials shows it, linear RGB.
     pub fn albedo(&self) -> Vec3 {
         match self {
+            Self::Diffuse(Diffuse { albedo, under: Some(layers), .. }) => layers.average() * *albedo,
             Self::Glossy(lobe) => lobe.average(),
             _ => self.bound(),
         }
@@ -95,6 +101,7 @@ impl Lobe {
     /// wherever anything is scattered.
     pub fn share(&self, normals: &Normals, from: Vec3) -> Vec3 {
         match self {
+            Self::Diffuse(lobe) if lobe.under.is_some() => lobe.share(normals, from),
             Self::Glossy(lobe) => lobe.share(normals, from),
             _ => self.bound(),
         }

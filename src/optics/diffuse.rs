@@ -1,4 +1,4 @@
-use super::{Normals, Pdf, Sample, Transport};
+use super::{Layers, Normals, Pdf, Sample, Transport};
 use crate::sampling::warp;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -10,30 +10,53 @@ use std::f32::consts::FRAC_1_PI;
 /// in a room that glows alike a white surface is as bright as the room, whatever its normals are. From which side of ns it
 /// is seen does not matter. Light that is shot is thus scattered about the geometric normal, with the adjoint factor
 /// |wi·ns| / |wi·ng| of where it came from.
+///
+/// Under [`Layers`] it is f = albedo / π · T(wo) T(wi) / T̄, and T(wi) is all that depends on where light arrives from: what
+/// has [arrived](Self::arrival) is seen as by Lambert.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffuse {
     /// Directional-hemispherical reflectance, linear RGB, each in [0, 1] for matter that creates no energy.
     pub albedo: Vec3,
     /// True: the back reflects as the front does. False: the back absorbs.
     pub two_sided: bool,
+    /// What lies above it. None: Lambert's reflector itself.
+    pub under: Option<Layers>,
 }
 
 impl Diffuse {
     /// BSDF value in sr⁻¹ seen from `wo`, cosine not included: the same for all light that [counts](Normals::counts)
-    /// there.
+    /// there, but for the share of it that [arrives](Self::arrival).
     #[inline(always)]
     pub fn towards(&self, normals: &Normals, wo: Vec3) -> Vec3 {
-        if self.reflects(normals, wo) {
-            self.albedo * (FRAC_1_PI / normals.share_above())
-        } else {
-            Vec3::ZERO
+        if !self.reflects(normals, wo) {
+            return Vec3::ZERO;
         }
+        let bare = self.albedo * (FRAC_1_PI / normals.share_above());
+        match &self.under {
+            None => bare,
+            Some(layers) => layers.leaving(wo.dot(normals.shading).abs()) * bare,
+        }
+    }
+
+    /// The share of light from `wi` that arrives below the layers, in [0, 1]: one where there are none.
+    #[inline(always)]
+    pub fn arrival(&self, normals: &Normals, wi: Vec3) -> f32 {
+        self.under.as_ref().map_or(1.0, |layers| layers.transmission(wi.dot(normals.shading).abs()))
     }
 
     /// BSDF value in sr⁻¹ of light from `to` that is seen from `from`, cosine not included.
     #[inline(always)]
     pub fn eval(&self, normals: &Normals, from: Vec3, to: Vec3) -> Vec3 {
-        if normals.counts(from, to) { self.towards(normals, from) } else { Vec3::ZERO }
+        if !normals.counts(from, to) {
+            return Vec3::ZERO;
+        }
+        let seen = self.towards(normals, from);
+        if self.under.is_some() { self.arrival(normals, to) * seen } else { seen }
+    }
+
+    /// What it passes on of light from `from` in all directions, for flat normals.
+    pub(super) fn share(&self, normals: &Normals, from: Vec3) -> Vec3 {
+        self.arrival(normals, from) * self.albedo
     }
 
     /// Density in solid angle of [`sample`](Self::sample) where light is gathered.
@@ -45,9 +68,24 @@ impl Diffuse {
         }
     }
 
-    /// A direction in proportion to what it carries. None: nothing is reflected there.
+    /// A direction in proportion to what it carries but for layers above. None: nothing is reflected there.
     #[inline(always)]
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: [f32; 3]) -> Option<Sample> {
+        let bare = self.sample_bare(normals, from, transport, u)?;
+        let Some(layers) = &self.under else { return Some(bare) };
+        // The same whichever way light goes.
+        let passed = layers.leaving(from.dot(normals.shading).abs()) * self.arrival(normals, bare.to);
+        Some(Sample { weight: passed * bare.weight, ..bare })
+    }
+
+    #[inline(always)]
+    fn sample_bare(
+        &self,
+        normals: &Normals,
+        from: Vec3,
+        transport: Transport,
+        u: [f32; 3],
+    ) -> Option<Sample> {
         if !self.reflects(normals, from) {
             return None;
         }

@@ -56,7 +56,13 @@ impl Layers {
     /// The share of light at cosine `mu` in [0, 1] that passes all layers once.
     pub fn transmission(&self, mu: f32) -> f32 {
         let layers = [self.clear, self.coat];
-        layers.iter().flatten().map(|layer| 1.0 - layer.albedo(mu)).product()
+        layers.iter().flatten().map(|layer| passed(layer.albedo(mu))).product()
+    }
+
+    /// T(μ) / T̄: what leaves at cosine `mu` of light that is scattered below, over what of it leaves at all.
+    pub(super) fn leaving(&self, mu: f32) -> f32 {
+        // Nothing leaves where nothing enters.
+        if self.average > 0.0 { self.transmission(mu) / self.average } else { 0.0 }
     }
 
     /// The cosine-weighted average of [`transmission`](Self::transmission).
@@ -67,9 +73,14 @@ impl Layers {
     fn averaged(self) -> Self {
         let average = match (self.clear, self.coat) {
             (None, None) => 1.0,
-            (Some(one), None) | (None, Some(one)) => 1.0 - one.average(),
+            (Some(one), None) | (None, Some(one)) => passed(one.average()),
             _ => albedo::cosine_weighted(|mu| self.transmission(mu)),
         };
         Self { average, ..self }
     }
+}
+
+/// What a layer that absorbs nothing lets through; a white one passes nothing, and not the error of the last digit.
+fn passed(reflected: f32) -> f32 {
+    (1.0 - reflected).max(0.0)
 }

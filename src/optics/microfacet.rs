@@ -91,12 +91,23 @@ impl Ggx {
 
     /// The normal of a facet that `wo`, z > 0, sees. Dupuy & Benyoub 2023: a hemisphere seen from one side mirrors a cap.
     pub(super) fn facet(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
-        let [ax, ay] = self.alpha;
-        let round = DVec3::new(ax * wo.x, ay * wo.y, wo.z).normalize();
+        let round = self.round(wo);
         let (sin, cos) = (TAU * u[0]).sin_cos();
         let z = (1.0 - u[1]) * (1.0 + round.z) - round.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
-        let half = DVec3::new(r * cos, r * sin, z) + round;
+        self.of_cap(round, DVec3::new(r * cos, r * sin, z))
+    }
+
+    /// `w` where facets are a hemisphere.
+    pub(super) fn round(&self, w: DVec3) -> DVec3 {
+        let [ax, ay] = self.alpha;
+        DVec3::new(ax * w.x, ay * w.y, w.z).normalize()
+    }
+
+    /// The facet that mirrors `round` to a point `cap` of the sphere that is above −`round`, where facets are a hemisphere.
+    pub(super) fn of_cap(&self, round: DVec3, cap: DVec3) -> DVec3 {
+        let [ax, ay] = self.alpha;
+        let half = cap + round;
         DVec3::new(ax * half.x, ay * half.y, half.z).normalize()
     }
 }

@@ -13,7 +13,7 @@ const VISIBLE: Light = Light::new(Vec3::ZERO, Vec3::ONE);
 const BOTH: Light = Light::both(Vec3::ONE);
 
 fn diffuse(albedo: Vec3) -> Lobe {
-    Lobe::Diffuse(Diffuse { albedo, two_sided: false })
+    Lobe::Diffuse(Diffuse { albedo, two_sided: false, under: None })
 }
 
 fn mirror(tint: Vec3) -> Lobe {

@@ -263,7 +263,12 @@ impl Fields for Backs {
 impl Fields for Lobe {
     fn feed(&self, fnv: &mut Fnv) {
         match self {
-            Self::Diffuse(Diffuse { albedo, two_sided }) => (0_u32, (albedo, two_sided)).feed(fnv),
+            Self::Diffuse(Diffuse { albedo, two_sided, under: None }) => {
+                (0_u32, (albedo, two_sided)).feed(fnv)
+            }
+            Self::Diffuse(Diffuse { albedo, two_sided, under: Some(layers) }) => {
+                (5_u32, ((albedo, two_sided), layers)).feed(fnv);
+            }
             Self::Mirror(Mirror { tint, two_sided }) => (1_u32, (tint, two_sided)).feed(fnv),
             Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
             Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),

@@ -75,7 +75,7 @@ fn whatever_decides_the_picture_changes_the_hash() {
         },
         |s| {
             s.materials[0].bsdf.terms[0].lobe =
-                Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.5), two_sided: true });
+                Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.5), two_sided: true, under: None });
         },
         |s| {
             s.materials[1].bsdf.terms[0].lobe =

@@ -91,7 +91,7 @@ impl Material {
 
     /// Lambert's reflector, one-sided; `albedo` in [0, 1].
     pub fn diffuse(name: impl Into<String>, albedo: Vec3) -> Self {
-        Self::new(name, Lobe::Diffuse(Diffuse { albedo, two_sided: false }))
+        Self::new(name, Lobe::Diffuse(Diffuse { albedo, two_sided: false, under: None }))
     }
 
     /// A smooth mirror, one-sided, that keeps `tint` in [0, 1] of what it meets.

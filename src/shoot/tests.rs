@@ -11,7 +11,7 @@ fn below_glass(lights: &[Vec3]) -> Scene {
     let projection = Projection::Perspective { yfov: 0.5 };
     let camera = Camera::look_at(Vec3::new(0.0, 0.8, 3.0), Vec3::ZERO, Vec3::Y, projection);
     let mut scene = Scene::builder("below glass").camera(camera).origin(DVec3::ZERO);
-    let floor = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let floor = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     let materials = [Material::new("Floor", floor), Material::glass("Glass", 1.5)];
     for (material, y, turn) in [(0, 0.0, -1.0), (1, 1.0, 1.0)] {
         let corner = |[x, z]: [f32; 2]| Vec3::new(4.0 * x, y, 4.0 * turn * z);

@@ -16,7 +16,7 @@ pub(super) struct Build(pub SceneBuilder);
 
 /// Lambert's reflector, one-sided.
 pub(super) fn diffuse(albedo: f32) -> Lobe {
-    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false })
+    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false, under: None })
 }
 
 /// Clear glass.

@@ -139,7 +139,7 @@ fn k_near_one(effort: Effort) -> Rows {
 fn k_box(_: Effort) -> Vec<Check> {
     let Ok(mut scene) = Scene::load("builtin:cornell-spheres") else { return Vec::new() };
     for material in scene.materials.iter_mut().filter(|material| material.emission.is_none()) {
-        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true });
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true, under: None });
         material.lobes = vec![(1.0, lobe)];
     }
     let mut checks = Vec::new();

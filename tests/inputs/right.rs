@@ -68,7 +68,7 @@ fn matrices_and_parents_are_composed() {
 fn shares_of_lobes_follow_the_metallic_roughness_model() {
     let colour = Vec3::new(0.5, 0.25, 0.125);
     let base = [0.5, 0.25, 0.125, 0.3];
-    let diffuse = |two_sided| Lobe::Diffuse(Diffuse { albedo: colour, two_sided });
+    let diffuse = |two_sided| Lobe::Diffuse(Diffuse { albedo: colour, two_sided, under: None });
 
     let (found, scene) = lobes(json!({ "doubleSided": true, "pbrMetallicRoughness": {
         "baseColorFactor": base, "metallicFactor": 0.25, "roughnessFactor": 0 } }));

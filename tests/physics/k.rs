@@ -107,7 +107,7 @@ fn in_a_closed_furnace_k_is_the_albedo() {
     }
     // Of the channels the largest decides.
     let albedo = Vec3::new(0.2, 0.3, 0.7);
-    let m = measured(furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false })));
+    let m = measured(furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false, under: None })));
     assert!((m.k / 0.7 - 1.0).abs() < 1e-6 && m.channel == 2, "{m:?}");
 }
 
@@ -140,7 +140,8 @@ fn a_furnace_that_loses_nothing_has_no_image() {
 
 /// A two-sided white box, of which `sides` sides are there, on a grey floor under a lamp: outside it, or inside.
 fn white_box(albedo: f32, sides: usize, lamp_inside: bool) -> Scene {
-    let white = |albedo: f32| Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: true });
+    let white =
+        |albedo: f32| Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: true, under: None });
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(3.0, 2.0, 4.0), Vec3::ZERO));
     let (grey, white) = (build.material("Grey", diffuse(0.5)), build.material("White", white(albedo)));
     build.quad(Vec3::new(-2.0, -0.6, -2.0), 4.0 * Vec3::Z, 4.0 * Vec3::X, grey);
@@ -194,7 +195,7 @@ fn white_walls_have_an_image_where_light_can_leave_and_none_where_it_cannot() {
 fn k_of_light_of_one_colour_is_that_of_its_own_walls() {
     // The walls keep blue best, and the lamp is red.
     let albedo = Vec3::new(0.4, 0.5, 0.97);
-    let mut scene = furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false }));
+    let mut scene = furnace(Lobe::Diffuse(Diffuse { albedo, two_sided: false, under: None }));
     let red = halflight::light::Light::both(Vec3::X);
     for luminaire in &mut scene.luminaires {
         if let Luminaire::Triangle { emission, .. } = luminaire {
@@ -247,8 +248,10 @@ fn supercritical() -> Scene {
     let mut scene = Scene::load("builtin:cornell-spheres").expect("built in");
     for material in &mut scene.materials {
         if material.emission.is_none() {
-            material.lobes =
-                vec![(1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true }))];
+            material.lobes = vec![(
+                1.0,
+                Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.9), two_sided: true, under: None }),
+            )];
         }
     }
     scene.illuminate(Some(Illumination::SHADOWLESS), &[]).expect("no names");

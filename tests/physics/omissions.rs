@@ -465,8 +465,11 @@ fn sheets_that_do_not_commute_cast_different_shadows() {
 fn glass_that_sends_on_a_colour_that_nothing_reads() {
     // A red mirror above a floor that is blue: photons through it would be kept for nothing.
     let (mut build, floor) = floor(LOCAL);
-    build.0.materials[floor as usize].lobes[0].1 =
-        Lobe::Diffuse(halflight::optics::Diffuse { albedo: Vec3::new(0.0, 0.0, 0.6), two_sided: false });
+    build.0.materials[floor as usize].lobes[0].1 = Lobe::Diffuse(halflight::optics::Diffuse {
+        albedo: Vec3::new(0.0, 0.0, 0.6),
+        two_sided: false,
+        under: None,
+    });
     let red =
         build.material("Red", Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.0, 0.0), two_sided: false }));
     build.0.materials[red as usize].illumination = Some(GLOBAL);

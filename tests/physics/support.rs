@@ -12,7 +12,7 @@ use std::f32::consts::{PI, TAU};
 pub struct Build(pub SceneBuilder);
 
 pub fn diffuse(albedo: f32) -> Lobe {
-    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false })
+    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false, under: None })
 }
 
 pub fn look(from: Vec3, at: Vec3) -> Camera {

@@ -15,7 +15,11 @@ fn unit() -> impl Strategy<Value = Vec3> {
 fn lobe() -> impl Strategy<Value = Lobe> {
     let tint = || (0.0_f32..=1.0).prop_map(Vec3::splat);
     prop_oneof![
-        (tint(), any::<bool>()).prop_map(|(albedo, two_sided)| Lobe::Diffuse(Diffuse { albedo, two_sided })),
+        (tint(), any::<bool>()).prop_map(|(albedo, two_sided)| Lobe::Diffuse(Diffuse {
+            albedo,
+            two_sided,
+            under: None
+        })),
         (tint(), any::<bool>()).prop_map(|(tint, two_sided)| Lobe::Mirror(Mirror { tint, two_sided })),
         (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::Dielectric(Dielectric { ior, tint })),
         (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::ThinDielectric(ThinDielectric { ior, tint })),
@@ -48,7 +52,7 @@ proptest! {
 
     #[test]
     fn the_density_of_a_sample_is_the_one_that_is_stated(n in unit(), from in unit(), u in numbers()) {
-        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true });
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.7), two_sided: true, under: None });
         let normals = Normals::flat(n);
         if let Some(sample) = lobe.sample(&normals, from, Transport::Gathering, u) {
             let pdf = lobe.pdf(&normals, from, sample.to);
@@ -97,7 +101,7 @@ fn chi2_z(counts: &[f64]) -> f64 {
 
 #[test]
 fn lamberts_samples_follow_the_cosine() {
-    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     for front in [1.0, -1.0] {
         let from = Vec3::new(0.6, 0.0, 0.8 * front);
         let draw = |u| {
@@ -145,7 +149,7 @@ fn branches_are_chosen_as_often_as_fresnel_says() {
 
 #[test]
 fn the_density_of_lambert_integrates_to_one() {
-    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     let (rings, turns) = (400, 16);
     let mut sum = 0.0;
     for i in 0..rings {
@@ -242,7 +246,7 @@ proptest! {
     #[test]
     fn white_matter_scatters_all_that_can_be_seen_of_it(normals in askew(), from in unit(), u in numbers()) {
         prop_assume!(normals.geometric.dot(from).abs() > 1e-3);
-        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+        let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
         if let Some(sample) = lobe.sample(&normals, from, Transport::Gathering, u) {
             prop_assert!(normals.counts(from, sample.to) && sample.weight == Vec3::ONE);
             let pdf = lobe.pdf(&normals, from, sample.to);
@@ -272,7 +276,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> (f64, f64) {
 
 #[test]
 fn white_facets_are_as_bright_as_the_room_from_wherever_they_are_seen() {
-    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     for normals in facets() {
         for from in [Vec3::new(-0.9, -0.3, 0.05), Vec3::new(0.5, 0.5, 0.6), Vec3::new(-0.9, -0.3, -0.1)] {
             let from = from.normalize();
@@ -339,8 +343,8 @@ fn read_from_both_ends(
 fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
     let tint = Vec3::splat(0.8);
     let lobes = [
-        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: true }),
-        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false }),
+        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: true, under: None }),
+        Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false, under: None }),
         Lobe::Mirror(Mirror { tint, two_sided: true }),
         Lobe::Mirror(Mirror { tint, two_sided: false }),
         Lobe::Dielectric(Dielectric { ior: 1.5, tint }),

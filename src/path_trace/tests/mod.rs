@@ -69,7 +69,7 @@ impl Stage {
 }
 
 fn grey(albedo: f32) -> Lobe {
-    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false })
+    Lobe::Diffuse(Diffuse { albedo: Vec3::splat(albedo), two_sided: false, under: None })
 }
 
 fn both(radiance: f32) -> Light {

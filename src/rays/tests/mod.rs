@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 fn scene(triangles: &[[Vec3; 3]], material: impl Fn(usize) -> u32, straight: &[Matrix]) -> Scene {
     let camera = Camera::look_at(Vec3::ZERO, Vec3::X, Vec3::Z, Projection::Perspective { yfov: 1.0 });
     let mut scene = Scene::builder("test").camera(camera);
-    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true });
+    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: None });
     scene.materials =
         straight.iter().map(|straight| Material::new("test", lobe).with_straight(*straight)).collect();
     let mut scene = scene.build().expect("a scene of nothing");

@@ -50,7 +50,11 @@ pub(super) fn concentric(name: String, chosen: &Concentric) -> Result<Scene, Str
     let projection = Projection::Perspective { yfov: 75.0_f32.to_radians() };
     let camera = Camera::look_at(eye, Vec3::ZERO, Vec3::Y, projection);
     let mut scene = SceneBuilder::new(name).camera(camera).illumination(Illumination::SHADOWLESS);
-    let lobe = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(chosen.albedo), two_sided: chosen.two_sided });
+    let lobe = Lobe::Diffuse(Diffuse {
+        albedo: Vec3::splat(chosen.albedo),
+        two_sided: chosen.two_sided,
+        under: None,
+    });
     let room = scene.material(Material::new("Room", lobe));
     let ball = scene.material(Material::new("Ball", lobe));
     // Flat triangles: interpolated normals would not conserve energy exactly.

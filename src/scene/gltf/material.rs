@@ -176,7 +176,7 @@ impl Reader {
     fn material(&self, solid: bool, notes: &mut Notes) -> Result<Material, Reason> {
         self.report(notes);
         let (albedo, two_sided) = (self.colour, self.source.double_sided);
-        let diffuse = Lobe::Diffuse(Diffuse { albedo, two_sided });
+        let diffuse = Lobe::Diffuse(Diffuse { albedo, two_sided, under: None });
         let metal = if self.roughness <= SMOOTH {
             Lobe::Mirror(Mirror { tint: self.colour, two_sided })
         } else {
