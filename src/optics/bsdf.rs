@@ -153,11 +153,6 @@ impl Lobe {
         !self.is_delta() && self.as_diffuse().is_none()
     }
 
-    /// True for Lambert's reflector with nothing above it: closed forms of irradiance hold for it.
-    pub fn is_lambert(&self) -> bool {
-        self.as_diffuse().is_some()
-    }
-
     /// True for the interface of a solid: the body is behind its back.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Dielectric(_))

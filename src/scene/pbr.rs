@@ -10,7 +10,7 @@ use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, Normals, ThinDielectric};
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// Up to this roughness a surface is seen as perfectly smooth: its lobe is narrower than a pixel.
-const SMOOTH: f32 = 1e-3;
+pub(super) const SMOOTH: f32 = 1e-3;
 
 /// A number or a colour, times what a texture says.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -166,14 +166,17 @@ impl Pbr {
         self.kinds([(of_mirror, base), (of_glass, base), (of_rest, base)])
     }
 
+    /// Each parameter at its least and at its most.
+    pub fn extremes(&self) -> [Parameters; 2] {
+        let least = if self.vertex_colours.is_some() { Vec3::ZERO } else { Vec3::ONE };
+        let most = self.vertex_colours.map_or(Vec3::ONE, |colours| colours.most);
+        [self.of(|texture| texture.image.least(), least), self.of(|texture| texture.image.most(), most)]
+    }
+
     /// For each kind of lobe that occurs at some point its largest share, and in each channel its largest colour: what no point
     /// exceeds, to the rounding of [`Image`](super::texture::Image)'s smaller versions.
     pub fn envelope(&self) -> impl Iterator<Item = (f32, Lobe)> + use<> {
-        let least = self.of(|texture| texture.image.least(), Vec3::ZERO);
-        let most = self.of(
-            |texture| texture.image.most(),
-            self.vertex_colours.map_or(Vec3::ONE, |colours| colours.most),
-        );
+        let [least, most] = self.extremes();
         let glass = |by: Parameters, metal: f32| by.transmission * (1.0 - metal);
         let of_mirror = if least.roughness <= SMOOTH { most.metallic } else { 0.0 };
         let of_rest = match most.roughness <= SMOOTH {
@@ -193,7 +196,7 @@ impl Pbr {
             true => Lobe::Dielectric(Dielectric { ior, tint: glass }),
             false => Lobe::ThinDielectric(ThinDielectric { ior, tint: glass }),
         };
-        let diffuse = Lobe::Diffuse(Diffuse { albedo: diffuse, two_sided });
+        let diffuse = Lobe::Diffuse(Diffuse { albedo: diffuse, two_sided, under: None });
         kinds.into_iter().zip([mirror, glass, diffuse]).filter(move |(share, _)| *share > 0.0 && !unlit)
     }
 

@@ -22,10 +22,24 @@ const SMALL: [ComponentType; 4] =
 impl Accessors<'_> {
     /// Vectors of three: floats, or the smaller numbers of KHR_mesh_quantization where the file says that it has them.
     pub fn vec3(&self, index: usize) -> Result<Vec<[f64; 3]>, Reason> {
+        self.numbers(index, Type::Vec3, if self.is_quantized() { &SMALL } else { &[] })
+    }
+
+    /// Vectors of four, likewise.
+    pub fn vec4(&self, index: usize) -> Result<Vec<[f64; 4]>, Reason> {
+        self.numbers(index, Type::Vec4, if self.is_quantized() { &SMALL } else { &[] })
+    }
+
+    /// Texture coordinates: floats or shares; likewise.
+    pub fn vec2(&self, index: usize) -> Result<Vec<[f64; 2]>, Reason> {
+        let shares = &[ComponentType::U8, ComponentType::U16];
+        self.numbers(index, Type::Vec2, if self.is_quantized() { &SMALL } else { shares })
+    }
+
+    fn is_quantized(&self) -> bool {
         const QUANTIZATION: &str = "KHR_mesh_quantization";
         let Root { extensions_used: used, extensions_required: required, .. } = self.root;
-        let quantized = used.iter().chain(required).any(|name| name == QUANTIZATION);
-        self.numbers(index, Type::Vec3, if quantized { &SMALL } else { &[] })
+        used.iter().chain(required).any(|name| name == QUANTIZATION)
     }
 
     /// Elements of N numbers: floats, or `also`, which are shares of their type's largest where the accessor says so.

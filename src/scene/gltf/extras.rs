@@ -162,6 +162,11 @@ impl EmissionScale {
     /// Seen, and lights nothing.
     pub const SEEN: Self = Self { invisible: 0.0, visible: 1.0 };
 
+    /// Of the invisible half, and of the visible one.
+    pub fn halves(self) -> [f32; 2] {
+        [self.invisible, self.visible]
+    }
+
     /// The two halves of `rgb`.
     pub fn of(self, rgb: Vec3) -> Light {
         Light::new(self.invisible * rgb, self.visible * rgb)

@@ -1,12 +1,17 @@
-//! Images: found, decoded within bounds, averaged.
+//! Images: found, decoded within bounds.
 
 use super::Reason;
 use super::accessor::Accessors;
 use super::files::load_uri;
-use glam::Vec3;
+use super::notes::label;
+use crate::machine::MemoryLimit;
+use crate::scene::texture::{Encoding, Image, Sampler, Wrap};
+use gltf::json::texture::{MagFilter, WrappingMode};
+use gltf::json::validation::Checked;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -24,8 +29,8 @@ const MOST_BYTES: u64 = 1 << 30;
 pub(super) struct Pixels {
     pub width: u32,
     pub height: u32,
-    /// Red, green, blue, alpha of each, as stored (colours are in sRGB); row by row from the top.
-    pub rgba: Vec<[u8; 4]>,
+    /// Of each one to four: grey, grey and alpha, red green blue, or with alpha; as stored, row by row from the top.
+    pub channels: Vec<u8>,
 }
 
 impl Pixels {
@@ -61,14 +66,10 @@ fn png(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
     let mut raw = vec![0; reader.output_buffer_size().ok_or("too many pixels")?];
     let frame = reader.next_frame(&mut raw).map_err(|e| format!("damaged: {e}"))?;
     raw.truncate(frame.buffer_size());
-    let rgba = match frame.color_type {
-        png::ColorType::Grayscale => spread::<1>(&raw, |[y]| [y, y, y, 255]),
-        png::ColorType::GrayscaleAlpha => spread::<2>(&raw, |[y, a]| [y, y, y, a]),
-        png::ColorType::Rgb => spread::<3>(&raw, |[r, g, b]| [r, g, b, 255]),
-        png::ColorType::Rgba => spread::<4>(&raw, |pixel| pixel),
-        png::ColorType::Indexed => return Err("damaged: its palette is missing".into()),
-    };
-    Ok(Pixels { width, height, rgba })
+    if frame.color_type == png::ColorType::Indexed {
+        return Err("damaged: its palette is missing".into());
+    }
+    Ok(Pixels { width, height, channels: raw })
 }
 
 fn jpeg(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
@@ -85,7 +86,7 @@ fn jpeg(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
     if raw.len() != 3 * pixels {
         return Err("its colours are not RGB".into());
     }
-    Ok(Pixels { width, height, rgba: spread::<3>(&raw, |[r, g, b]| [r, g, b, 255]) })
+    Ok(Pixels { width, height, channels: raw })
 }
 
 fn webp(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
@@ -96,77 +97,60 @@ fn webp(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
     decoder.set_memory_limit(8 * MOST_PIXELS as usize);
     let mut raw = vec![0; decoder.output_buffer_size().ok_or("too many pixels")?];
     decoder.read_image(&mut raw).map_err(|e| format!("damaged: {e}"))?;
-    let rgba = if decoder.has_alpha() {
-        spread::<4>(&raw, |pixel| pixel)
-    } else {
-        spread::<3>(&raw, |[r, g, b]| [r, g, b, 255])
-    };
-    Ok(Pixels { width, height, rgba })
+    Ok(Pixels { width, height, channels: raw })
 }
 
-fn spread<const N: usize>(raw: &[u8], to_rgba: impl Fn([u8; N]) -> [u8; 4]) -> Vec<[u8; 4]> {
-    raw.as_chunks::<N>().0.iter().map(|pixel| to_rgba(*pixel)).collect()
-}
-
-/// What stands in for an image: its mean over all pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mean {
-    /// Of red, green and blue as colours: in linear light.
-    pub colour: Vec3,
-    /// Of red, green and blue as numbers: as stored.
-    pub data: Vec3,
-}
-
-impl Mean {
-    /// That of at least one pixel.
-    fn of(pixels: &Pixels) -> Self {
-        let mut counts = [[0_u64; 256]; 3];
-        for pixel in &pixels.rgba {
-            for (channel, value) in counts.iter_mut().zip(pixel) {
-                channel[usize::from(*value)] += 1;
-            }
-        }
-        let all = pixels.rgba.len() as f64;
-        let mean = |worth: fn(f64) -> f64| {
-            Vec3::from_array(counts.map(|channel| {
-                let parts =
-                    channel.iter().enumerate().map(|(value, n)| *n as f64 * worth(value as f64 / 255.0));
-                (parts.sum::<f64>() / all) as f32
-            }))
-        };
-        Self { colour: mean(to_linear), data: mean(|value| value) }
-    }
-}
-
-/// From sRGB to linear light, IEC 61966-2-1.
-fn to_linear(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
-/// A file's images, each decoded once.
+/// A file's images, each decoded once for each way in which its numbers are meant.
 pub(super) struct Images<'a> {
     accessors: &'a Accessors<'a>,
     folder: &'a Path,
-    means: HashMap<usize, Result<Mean, Reason>>,
+    known: HashMap<(usize, Encoding), Result<Arc<Image>, Reason>>,
     /// Pixels that may still be decoded.
     left: u64,
+    /// What the machine has for all of them.
+    memory: Option<MemoryLimit>,
+    /// Bytes that those decoded take.
+    held: u64,
 }
+
+/// Bytes that a pixel takes while an image is decoded and made smaller: as it comes out of a file, as it is kept (four channels),
+/// and two thirds as much again of smaller versions.
+const PIXEL_BYTES: u64 = 12;
 
 impl<'a> Images<'a> {
     /// None decoded yet.
     pub fn new(accessors: &'a Accessors<'a>, folder: &'a Path) -> Self {
-        Self { accessors, folder, means: HashMap::new(), left: MOST_PIXELS_OF_A_FILE }
+        let memory = crate::machine::memory();
+        Self { accessors, folder, known: HashMap::new(), left: MOST_PIXELS_OF_A_FILE, memory, held: 0 }
     }
 
-    /// The mean of the image that a texture shows. Err: why it cannot be had.
-    pub fn mean(&mut self, texture: usize) -> Result<Mean, Reason> {
+    /// The image that a texture shows, and how it goes on beyond its edges. Err: why it cannot be had.
+    pub fn get(&mut self, texture: usize, encoding: Encoding) -> Result<(Arc<Image>, Sampler), Reason> {
         let image = self.image_of(texture).ok_or("no image")?;
-        if let Some(known) = self.means.get(&image) {
-            return known.clone();
-        }
-        let mean = self.decode(image).map(|pixels| Mean::of(&pixels));
-        self.means.insert(image, mean.clone());
-        mean
+        let known = match self.known.get(&(image, encoding)) {
+            Some(known) => known.clone(),
+            None => {
+                let name = label("image", image, self.accessors.root.images[image].name.as_deref());
+                let made = self.decode(image, &name, encoding).map_err(|why| format!("{name}: {why}"));
+                self.known.insert((image, encoding), made.clone());
+                made
+            }
+        };
+        Ok((known?, self.sampler_of(texture)))
+    }
+
+    fn sampler_of(&self, texture: usize) -> Sampler {
+        let root = self.accessors.root;
+        let sampler = root.textures.get(texture).and_then(|texture| texture.sampler);
+        let Some(sampler) = sampler.and_then(|index| root.samplers.get(index.value())) else {
+            return Sampler::default();
+        };
+        let wrap = [sampler.wrap_s, sampler.wrap_t].map(|wrap| match wrap {
+            Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+            Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirrored,
+            _ => Wrap::Repeat,
+        });
+        Sampler { wrap, linear: sampler.mag_filter != Some(Checked::Valid(MagFilter::Nearest)) }
     }
 
     /// The plain image of a texture, else the WebP that stands in its place.
@@ -183,33 +167,25 @@ impl<'a> Images<'a> {
         source.and_then(|index| usize::try_from(index).ok()).filter(|index| *index < root.images.len())
     }
 
-    fn decode(&mut self, image: usize) -> Result<Pixels, Reason> {
+    fn decode(&mut self, image: usize, name: &str, encoding: Encoding) -> Result<Arc<Image>, Reason> {
         let source = &self.accessors.root.images[image];
-        let pixels = match (&source.uri, source.buffer_view) {
-            (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder, MOST_BYTES)?, self.left)?,
-            (None, Some(view)) => Pixels::decode(self.accessors.view(view.value())?, self.left)?,
+        let fits = self.memory.map_or(u64::MAX, |there| there.bytes.saturating_sub(self.held) / PIXEL_BYTES);
+        let most = self.left.min(fits);
+        let Pixels { width, height, channels } = match (&source.uri, source.buffer_view) {
+            (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder, MOST_BYTES)?, most)?,
+            (None, Some(view)) => Pixels::decode(self.accessors.view(view.value())?, most)?,
             (None, None) => return Err("no image".into()),
         };
-        if pixels.rgba.is_empty() {
-            return Err("no pixels".into());
-        }
-        self.left -= u64::from(pixels.width) * u64::from(pixels.height);
-        Ok(pixels)
+        let made = Image::new(name, [width, height], channels, encoding).ok_or("no pixels")?;
+        self.left -= u64::from(width) * u64::from(height);
+        self.held += made.bytes() as u64;
+        Ok(Arc::new(made))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_mean_of_colours_is_taken_in_linear_light() {
-        let rgba = vec![[255, 188, 0, 255], [0, 0, 0, 0]];
-        let mean = Mean::of(&Pixels { width: 2, height: 1, rgba });
-        // sRGB 188 is 0.5029 of the light of 255; half of that in the mean with black.
-        assert!((mean.colour - Vec3::new(0.5, 0.2514, 0.0)).length() < 1e-4, "{mean:?}");
-        assert!((mean.data - Vec3::new(0.5, 0.5 * 188.0 / 255.0, 0.0)).length() < 1e-6, "{mean:?}");
-    }
 
     #[test]
     fn what_is_no_image_or_too_large_is_an_error() {
@@ -225,6 +201,6 @@ mod tests {
         drop(writer);
         assert!(Pixels::decode(&file, 199).is_err_and(|e| e.contains("too many")));
         let pixels = Pixels::decode(&file, 200).unwrap();
-        assert_eq!((pixels.width, pixels.height, pixels.rgba[199]), (20, 10, [7, 7, 7, 255]));
+        assert_eq!((pixels.width, pixels.height, pixels.channels), (20, 10, vec![7; 200]));
     }
 }

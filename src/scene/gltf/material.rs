@@ -5,33 +5,61 @@ use super::extensions::{Standing, numeric_extent, standing};
 use super::extras::{EmissionScale, Extras, Place};
 use super::image::Images;
 use super::notes::{Notes, label};
-use super::stand_in::{Factors, factors};
-use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric};
+use super::parameters::parameters;
 use crate::scene::assembly::Closure;
 use crate::scene::names::clean;
-use crate::scene::{Backs, Emission, Material};
-use glam::Vec3;
+use crate::scene::pbr::SMOOTH;
+use crate::scene::texture::Texture;
+use crate::scene::{Backs, Factor, Material, Parameters, Pbr, VertexColours};
+use glam::{Affine2, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::material as extension;
 use gltf::json::material::{AlphaMode, Material as Source};
 use gltf::json::validation::Checked;
 use std::collections::{BTreeSet, HashMap};
-
-/// Up to this roughness a surface is seen as perfectly smooth: its lobe is narrower than a pixel.
-const SMOOTH: f32 = 1e-3;
+use std::rc::Rc;
 
 /// A mesh whose holes are less than this share of its area is meant as a body: Blender's monkey has 0.053 (its
 /// eyes), a champagne flute without thickness about 0.09, a tumbler 0.2, a window pane more than 1.
 const SMALL_HOLES: f64 = 1.0 / 16.0;
 
-/// Makes the materials that surfaces ask for, each once per kind of body it covers and per tint.
+/// Makes the materials that surfaces ask for, each once per kind of body it covers, with and without vertex colours.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     images: Images<'a>,
     default: Source,
-    made: HashMap<(Option<usize>, bool, [u32; 3]), u32>,
+    read: HashMap<Option<usize>, Rc<Reader>>,
+    made: HashMap<(Option<usize>, bool, bool), u32>,
     coated: BTreeSet<Option<usize>>,
-    list: Vec<Material>,
+    list: Vec<Made>,
+}
+
+/// A material under way.
+struct Made {
+    material: Material,
+    pbr: Pbr,
+    /// The colours of all vertices that are made of it.
+    colours: Option<Colours>,
+}
+
+/// Colours of many vertices, linear.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Colours {
+    /// The largest of each channel.
+    pub most: Vec3,
+    pub sum: Vec3,
+    pub count: usize,
+}
+
+/// What of a vertex the textures of a material ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Needs {
+    /// Which sets of texture coordinates.
+    pub uvs: [bool; 2],
+    /// The set that a normal map is laid out by, and how.
+    pub normal_map: Option<(u8, Affine2)>,
+    /// It has a colour that those of vertices multiply.
+    pub colours: bool,
 }
 
 /// What a surface asks for.
@@ -41,8 +69,8 @@ pub(super) struct Wanted<'a> {
     pub material: Option<usize>,
     /// Whether it encloses a body.
     pub closure: Closure,
-    /// What its colour is multiplied by.
-    pub tint: Vec3,
+    /// Its vertices' colours.
+    pub colours: Option<Colours>,
     /// The surface, for messages.
     pub surface: &'a str,
 }
@@ -63,19 +91,40 @@ impl<'a> Materials<'a> {
             root,
             images,
             default: Source::default(),
+            read: HashMap::new(),
             made: HashMap::new(),
             coated: BTreeSet::new(),
             list: Vec::new(),
         })
     }
 
+    /// What of the vertices a material asks for.
+    pub fn needs(&mut self, material: Option<usize>, notes: &mut Notes) -> Result<Needs, Reason> {
+        let reader = self.reader(material, notes)?;
+        let of = |set: u8| reader.pbr.textures().any(|texture| texture.set == set);
+        let laid_out = |texture: &Texture| (texture.set, texture.transform);
+        Ok(Needs {
+            uvs: [of(0), of(1)],
+            normal_map: reader.pbr.normal.as_ref().map(|map| laid_out(&map.texture)),
+            colours: reader.pbr.base != Factor::new(Vec3::ZERO),
+        })
+    }
+
+    fn reader(&mut self, material: Option<usize>, notes: &mut Notes) -> Result<Rc<Reader>, Reason> {
+        if let Some(known) = self.read.get(&material) {
+            return Ok(Rc::clone(known));
+        }
+        let reader = Rc::new(Reader::new(self, material, notes)?);
+        self.read.insert(material, Rc::clone(&reader));
+        Ok(reader)
+    }
+
     /// The index of the material that a surface is made of.
     pub fn index(&mut self, wanted: Wanted<'_>, notes: &mut Notes) -> Result<u32, Reason> {
-        let mut reader = Reader::new(self, wanted.material, notes)?;
-        reader.colour *= wanted.tint;
+        let reader = self.reader(wanted.material, notes)?;
         let body = wanted.closure.closed || wanted.closure.holes < SMALL_HOLES;
-        let solid = reader.transmission > 0.0 && !reader.thin.unwrap_or(!body);
-        if reader.transmission > 0.0 {
+        let solid = reader.is_glass() && !reader.thin.unwrap_or(!body);
+        if reader.is_glass() {
             let fact = match (solid, wanted.closure.closed || reader.thin.is_some()) {
                 (true, true) => "solid glass",
                 (true, false) => {
@@ -85,16 +134,19 @@ impl<'a> Materials<'a> {
             };
             notes.about(fact, &format!("{} ({})", wanted.surface, reader.name));
         }
-        let key = (wanted.material, solid, wanted.tint.to_array().map(f32::to_bits));
-        if let Some(index) = self.made.get(&key) {
-            return Ok(*index);
+        let key = (wanted.material, solid, wanted.colours.is_some());
+        if let Some(&index) = self.made.get(&key) {
+            let known = &mut self.list[index as usize].colours;
+            *known = known.zip(wanted.colours).map(|(known, more)| known.and(more));
+            return Ok(index);
         }
-        let made = reader.material(solid, notes)?;
+        let material = reader.material(notes)?;
         if reader.is_coated() {
             self.coated.insert(wanted.material);
         }
         let index = self.list.len() as u32;
-        self.list.push(made);
+        let pbr = Pbr { solid, ..reader.pbr.clone() };
+        self.list.push(Made { material, pbr, colours: wanted.colours });
         self.made.insert(key, index);
         Ok(index)
     }
@@ -108,27 +160,41 @@ impl<'a> Materials<'a> {
                 if n == 1 { " has" } else { "s have" }
             )),
         }
-        self.list
+        self.list.into_iter().map(Made::finish).collect()
+    }
+}
+
+impl Made {
+    fn finish(self) -> Material {
+        let Self { material, pbr, colours } = self;
+        let vertex_colours = colours.map(|Colours { most, sum, count }| {
+            let mean = sum / count.max(1) as f32;
+            VertexColours { most, mean }
+        });
+        let made = Material::pbr(material.name.clone(), Pbr { vertex_colours, ..pbr });
+        let Material { lobes, pattern, emission, .. } = made;
+        Material { lobes, pattern, emission, ..material }
+    }
+}
+
+impl Colours {
+    /// Of both.
+    fn and(self, other: Self) -> Self {
+        Self { most: self.most.max(other.most), sum: self.sum + other.sum, count: self.count + other.count }
     }
 }
 
 /// One source material with its numbers checked.
 struct Reader {
-    source: Source,
     extensions: extension::Material,
+    alpha: bool,
     name: String,
     label: String,
     extras: Extras,
-    colour: Vec3,
-    metallic: f32,
-    roughness: f32,
-    /// Share of all light, that of metal taken off.
-    transmission: f32,
-    /// What shines, before extras.
-    emitted: Vec3,
-    /// It shows its colour, whatever light falls on it.
-    unlit: bool,
-    ior: f32,
+    /// All of it, as if it covered nothing.
+    pbr: Pbr,
+    /// Its numbers at their least and at their most.
+    extremes: [Parameters; 2],
     thin: Option<bool>,
 }
 
@@ -147,93 +213,61 @@ impl Reader {
             (_, Some(i)) => (format!("material {i}"), label("material", i, None)),
             (_, None) => ("default".to_owned(), "the default material".to_owned()),
         };
-        let extensions = source.extensions.clone().unwrap_or_default();
-        let Factors { colour, metallic, roughness, transmission, emitted } =
-            factors(source, &mut materials.images, &name, &label, notes)?;
-        let ior = extensions.ior.as_ref().map_or(1.5, |i| i.ior.0);
-        if transmission > 0.0 && !(ior > 0.0 && ior.is_finite()) {
+        let mut pbr = parameters(source, &mut materials.images, &name, &label, notes)?;
+        if pbr.transmission.factor > 0.0 && !(pbr.ior > 0.0 && pbr.ior.is_finite()) {
+            let ior = pbr.ior;
             return Err(format!("{label}: ior is {ior}; give glass a refractive index above 0, such as 1.5"));
         }
-        let unlit = extensions.unlit.is_some();
         let extras = Extras::new(&source.extras, label.clone(), Place::Material, notes);
+        let usual = if pbr.unlit { EmissionScale::SEEN } else { EmissionScale::default() };
+        pbr.emission = extras.emission()?.unwrap_or(usual).halves();
+        let most = if pbr.unlit { Vec3::ONE } else { pbr.emissive.factor };
+        if pbr.emission.iter().any(|half| !(*half * most).is_finite()) {
+            return Err(format!("{label}: its emission times extras `emission` is not finite"));
+        }
+        let alpha = matches!(source.alpha_mode, Checked::Valid(AlphaMode::Mask | AlphaMode::Blend));
         Ok(Self {
-            metallic,
-            roughness,
-            transmission: if unlit { 0.0 } else { transmission * (1.0 - metallic) },
-            colour,
-            emitted,
-            unlit,
+            extremes: pbr.extremes(),
+            pbr,
             thin: extras.thin()?,
-            ior,
-            source: source.clone(),
-            extensions,
+            alpha,
+            extensions: source.extensions.clone().unwrap_or_default(),
             name,
             label,
             extras,
         })
     }
 
-    fn material(&self, solid: bool, notes: &mut Notes) -> Result<Material, Reason> {
+    /// What the extras say, and the name; the rest follows from `pbr`.
+    fn material(&self, notes: &mut Notes) -> Result<Material, Reason> {
         self.report(notes);
-        let (albedo, two_sided) = (self.colour, self.source.double_sided);
-        let diffuse = Lobe::Diffuse(Diffuse { albedo, two_sided, under: None });
-        let metal = if self.roughness <= SMOOTH {
-            Lobe::Mirror(Mirror { tint: self.colour, two_sided })
-        } else {
-            diffuse
+        let dark = match self.pbr.unlit {
+            true => self.extremes[1].base == Vec3::ZERO,
+            false => self.pbr.emissive.factor == Vec3::ZERO,
         };
-        let (ior, tint) = (self.ior, self.colour);
-        let glass = if solid {
-            Lobe::Dielectric(Dielectric { ior, tint })
-        } else {
-            Lobe::ThinDielectric(ThinDielectric { ior, tint })
-        };
-        let shares = if self.unlit { [0.0; 3] } else { self.shares() };
-        let [of_metal, of_glass, of_body] = shares;
-        let shares = [(of_metal, metal), (of_glass, glass), (of_body, diffuse)];
-        let mut lobes: Vec<(f32, Lobe)> = Vec::new();
-        for (share, lobe) in shares.into_iter().filter(|(share, _)| *share > 0.0) {
-            match lobes.iter_mut().find(|(_, known)| *known == lobe) {
-                Some((sum, _)) => *sum += share, // rough metal is diffuse, and so may the rest be
-                None => lobes.push((share, lobe)),
-            }
+        if dark && self.extras.has_emission() {
+            notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
         }
+        let see_through = self.pbr.two_sided || self.is_glass();
         Ok(Material {
-            lobes,
             illumination: self.extras.illumination()?,
             opaque: self.extras.opaque()?,
             straight: self.extras.straight()?,
-            emission: self.emission(notes)?,
-            backs: self.extras.backs()?.unwrap_or(if two_sided || self.transmission > 0.0 {
-                Backs::Seen
-            } else {
-                Backs::Unseen
-            }),
-            ..Material::new(self.name.clone(), diffuse)
+            backs: self.extras.backs()?.unwrap_or(if see_through { Backs::Seen } else { Backs::Unseen }),
+            ..Material::diffuse(self.name.clone(), Vec3::ZERO)
         })
     }
 
-    /// Of metal, of glass and of the diffuse body under it.
-    fn shares(&self) -> [f32; 3] {
-        [self.metallic, self.transmission, 1.0 - self.metallic - self.transmission]
+    /// True where light goes through some of it.
+    fn is_glass(&self) -> bool {
+        let [least, most] = self.extremes;
+        !self.pbr.unlit && most.transmission * (1.0 - least.metallic) > 0.0
     }
 
-    /// An unlit surface is seen and lights nothing, unless extras say otherwise.
-    fn emission(&self, notes: &mut Notes) -> Result<Option<Emission>, Reason> {
-        let colour = if self.unlit { self.colour } else { self.emitted };
-        if colour == Vec3::ZERO {
-            if self.extras.has_emission() {
-                notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
-            }
-            return Ok(None);
-        }
-        let usual = if self.unlit { EmissionScale::SEEN } else { EmissionScale::default() };
-        let radiance = self.extras.emission()?.unwrap_or(usual).of(colour);
-        if !radiance.is_finite() {
-            return Err(format!("{}: its emission times extras `emission` is not finite", self.label));
-        }
-        let two_sided = self.source.double_sided;
-        Ok((!radiance.is_zero()).then_some(Emission { radiance, two_sided }))
+    /// True where some of it is neither metal nor glass.
+    fn is_body(&self) -> bool {
+        let [least, _] = self.extremes;
+        (1.0 - least.metallic) * (1.0 - least.transmission) > 0.0
     }
 
     /// True when glTF puts a specular coat over a diffuse body here.
@@ -241,34 +275,32 @@ impl Reader {
         let specular = self.extensions.specular.as_ref();
         let strength = specular.map_or(1.0, |s| s.specular_factor.0);
         let tinted_out = specular.is_some_and(|s| s.specular_color_factor.0 == [0.0; 3]);
-        let body = !self.unlit && self.metallic + self.transmission < 1.0;
-        body && self.ior != 1.0 && strength != 0.0 && !tinted_out
+        let body = !self.pbr.unlit && self.is_body();
+        body && self.pbr.ior != 1.0 && strength != 0.0 && !tinted_out
     }
 
     fn report(&self, notes: &mut Notes) {
-        let (source, more) = (&self.source, &self.extensions);
-        let alpha = matches!(source.alpha_mode, Checked::Valid(AlphaMode::Mask | AlphaMode::Blend));
-        let smooth = self.roughness <= SMOOTH;
+        let rough = self.extremes[1].roughness > SMOOTH;
+        let metal = self.extremes[1].metallic > 0.0;
         let facts = [
-            (source.normal_texture.is_some(), "normal textures are not supported yet"),
             (self.has_coat_texture(), "specular textures are not supported yet"),
-            (self.metallic > 0.0 && !smooth, "rough metal is not supported yet, it is seen as diffuse"),
-            (self.transmission > 0.0 && !smooth, "rough glass is not supported yet, it is seen as smooth"),
+            (metal && rough, "rough metal is not supported yet, it is seen as diffuse"),
+            (self.is_glass() && rough, "rough glass is not supported yet, it is seen as smooth"),
             (self.absorbs(), "KHR_materials_volume (light absorbed on its way through) is not supported yet"),
         ];
-        for (_, fact) in facts.iter().filter(|(holds, _)| *holds && !self.unlit) {
+        for (_, fact) in facts.iter().filter(|(holds, _)| *holds && !self.pbr.unlit) {
             notes.about(fact, &self.name);
         }
-        if alpha {
+        if self.alpha {
             notes.about("alpha is not supported, the surface is opaque", &self.name);
         }
-        for (extension, value) in &more.others {
+        for (extension, value) in &self.extensions.others {
             let off = match standing(extension) {
                 Some(Standing::Fine) => true,
                 Some(Standing::Factor(key)) => value.get(key).map_or(0.0, numeric_extent) == 0.0,
                 _ => false,
             };
-            if !off && !self.unlit {
+            if !off && !self.pbr.unlit {
                 notes.about(&format!("{extension} is not supported yet"), &self.name);
             }
         }
@@ -282,7 +314,7 @@ impl Reader {
     /// True for glass that takes light on its way through.
     fn absorbs(&self) -> bool {
         self.extensions.volume.as_ref().is_some_and(|v| {
-            self.transmission > 0.0
+            self.is_glass()
                 && v.thickness_factor.0 > 0.0
                 && v.attenuation_distance.0.is_finite()
                 && v.attenuation_color.0 != [1.0; 3]

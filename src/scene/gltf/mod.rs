@@ -17,9 +17,11 @@ mod image;
 mod lights;
 mod material;
 mod notes;
+mod parameters;
 mod skin;
 mod stage;
-mod stand_in;
+mod tangents;
+mod texture;
 
 use super::assembly::Assembly;
 use super::names::one_line;
@@ -154,10 +156,12 @@ fn shapes(
         let mesh = accessors.root.meshes.get(index).ok_or_else(missing)?;
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let mesh_label = label("mesh", index, mesh.name.as_deref());
+            let material = primitive.material.map(|material| material.value());
+            let needs = materials.needs(material, notes)?;
             let geometry = match read.entry((index, number)) {
                 std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
                 std::collections::hash_map::Entry::Vacant(new) => {
-                    let geometry = geometry::read(accessors, primitive);
+                    let geometry = geometry::read(accessors, primitive, &needs);
                     new.insert(geometry.map_err(|what| format!("{mesh_label}: {what}"))?)
                 }
             };
@@ -168,14 +172,17 @@ fn shapes(
             let name = place.name();
             let posed = pose(accessors, primitive, geometry, place, &places, notes)
                 .map_err(|what| format!("{mesh_label}: {what}"))?;
-            let material = primitive.material.map(|material| material.value());
-            if geometry.tint.is_some() {
-                notes.about("vertex colours are not supported yet, their mean stands in", &name);
-            } else if has_colours(primitive) {
-                notes.about("vertex colours are not supported yet", &name);
+            if needs.colours && geometry.colours.is_none() && has_colours(primitive) {
+                notes.about("vertex colours that are no shares of light are left out", &name);
             }
-            let tint = geometry.tint.unwrap_or(Vec3::ONE);
-            let wanted = Wanted { material, closure: geometry.closure, tint, surface: &name };
+            if needs.uvs.iter().zip(&geometry.uvs).any(|(asked, uvs)| *asked && uvs.is_none()) {
+                notes.about(
+                    "there are no texture coordinates for its textures, whose corner covers it",
+                    &name,
+                );
+            }
+            let colours = geometry.colours();
+            let wanted = Wanted { material, closure: geometry.closure, colours, surface: &name };
             let material = materials.index(wanted, notes)?;
             shapes.push(shape(geometry, posed, name, material));
         }
@@ -205,6 +212,10 @@ fn pose(
     Ok(Posed {
         positions: geometry.positions.iter().map(|p: &DVec3| place.to_world.transform_point3(*p)).collect(),
         normals: normals.map(|normals| normals.iter().map(|n| skin::turn_normal(linear, *n)).collect()),
+        tangents: geometry
+            .tangents
+            .as_ref()
+            .map(|tangents| tangents.iter().map(|t| skin::turn_tangent(linear, *t)).collect()),
         mirrored: linear.determinant() < 0.0,
     })
 }
@@ -215,6 +226,9 @@ fn shape(geometry: &Geometry, posed: Posed, name: String, material: u32) -> Shap
     Shape {
         normals: posed.normals,
         closed: Some(geometry.closure.closed),
+        uvs: geometry.uvs.clone(),
+        colours: geometry.colours.clone(),
+        tangents: posed.tangents,
         ..Shape::new(name, material, posed.positions, triangles.collect::<Vec<_>>())
     }
 }

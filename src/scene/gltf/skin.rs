@@ -4,7 +4,7 @@ use super::Reason;
 use super::accessor::Accessors;
 use super::geometry::Geometry;
 use super::notes::label;
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4, Vec4Swizzles};
 use gltf::Semantic;
 use gltf::json::Index;
 use gltf::json::accessor::{ComponentType, Type};
@@ -17,6 +17,8 @@ pub(super) struct Posed {
     pub positions: Vec<DVec3>,
     /// Any length.
     pub normals: Option<Vec<Vec3>>,
+    /// Any length; w as in glTF, or zero.
+    pub tangents: Option<Vec<Vec4>>,
     /// True where its joints turn it inside out.
     pub mirrored: bool,
 }
@@ -31,18 +33,19 @@ pub(super) fn pose(
     places: &HashMap<usize, DAffine3>,
 ) -> Result<Option<Posed>, Reason> {
     let Some(matrices) = joint_matrices(accessors, skin, places)? else { return Ok(None) };
-    let influences = influences(accessors, primitive, geometry.positions.len())?;
+    let influences = influences(accessors, primitive, geometry.in_file())?;
     if influences.is_empty() {
         return Ok(None);
     }
     let mut posed = Posed {
         positions: Vec::with_capacity(geometry.positions.len()),
         normals: geometry.normals.as_ref().map(|normals| Vec::with_capacity(normals.len())),
+        tangents: geometry.tangents.as_ref().map(|tangents| Vec::with_capacity(tangents.len())),
         mirrored: false,
     };
     let mut turned = 0_usize;
     for (vertex, position) in geometry.positions.iter().enumerate() {
-        let all = influences.iter().map(|set| set[vertex]);
+        let all = influences.iter().map(|set| set[geometry.source(vertex)]);
         let matrix = blend(&matrices, all).map_err(|joint| {
             format!(
                 "vertex {vertex} hangs on joint {joint}, which its skin {skin} does not have; export it again"
@@ -52,6 +55,9 @@ pub(super) fn pose(
         turned += usize::from(matrix.matrix3.determinant() < 0.0);
         if let (Some(to), Some(from)) = (&mut posed.normals, &geometry.normals) {
             to.push(turn_normal(matrix.matrix3, from[vertex]));
+        }
+        if let (Some(to), Some(from)) = (&mut posed.tangents, &geometry.tangents) {
+            to.push(turn_tangent(matrix.matrix3, from[vertex]));
         }
     }
     posed.mirrored = 2 * turned > geometry.positions.len();
@@ -148,4 +154,11 @@ pub(super) fn turn_normal(linear: DMat3, normal: Vec3) -> Vec3 {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     let n = sign * normal.as_dvec3();
     (n.x * y.cross(z) + n.y * z.cross(x) + n.z * x.cross(y)).normalize_or_zero().as_vec3()
+}
+
+/// A tangent after a linear map of its surface: what was right of normal × tangent is so in a mirror image the other way round.
+pub(super) fn turn_tangent(linear: DMat3, tangent: Vec4) -> Vec4 {
+    let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let turned = (linear * tangent.xyz().as_dvec3()).normalize_or_zero().as_vec3();
+    turned.extend(sign * tangent.w)
 }
