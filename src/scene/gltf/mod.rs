@@ -20,6 +20,7 @@ mod notes;
 mod skin;
 mod stage;
 mod stand_in;
+mod unpack;
 
 use super::assembly::Assembly;
 use super::names::one_line;
@@ -42,9 +43,13 @@ use notes::{Notes, label};
 use skin::Posed;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use unpack::draco::Most;
 
 /// What is wrong and the way out; the file's name goes before it.
 type Reason = String;
+
+/// Bytes that packed primitives may unpack to where nobody knows how much memory there is.
+const UNPACKED: u64 = 1 << 32;
 
 /// Reads what is chosen of a file, and says which files it is of.
 pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded> {
@@ -64,14 +69,19 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
     let (json, chunk) = container::split(bytes)?;
     let Document { root, to_parent, animated } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
-    let accessors = Accessors { root: &root, buffers: &buffers };
+    let mut accessors = Accessors::new(&root, &buffers);
     let mut notes = Notes::default();
 
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let mut scene = SceneBuilder::new(name);
     scene.illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
-    count::check(&root, &placed, choice.max_triangles, crate::machine::memory().map(|left| left.bytes))?;
+    let memory = crate::machine::memory().map(|left| left.bytes);
+    count::check(&accessors, &placed, choice.max_triangles, memory)?;
+    let most = Most { triangles: choice.max_triangles, bytes: memory.map_or(UNPACKED, |there| there / 2) };
+    if accessors.unpack(&placed, most)? {
+        count::check(&accessors, &placed, choice.max_triangles, memory)?;
+    }
     if animated {
         notes.line("animations are not supported; the scene is seen at rest".into());
     }
