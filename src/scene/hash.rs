@@ -2,7 +2,7 @@
 //! struct is taken apart in full, so that a new field must be given a place here.
 
 use super::material::Follows;
-use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
+use super::{Backs, Camera, Emission, Lens, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
 use crate::light::{Light, Matrix};
 use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term, ThinDielectric};
 use glam::Vec3;
@@ -124,7 +124,16 @@ fields! {
     Term { coefficient, lobe }
     Light { invisible, visible }
     SpotCone { inner, outer }
-    Camera { position, right, up, forward, projection, aspect }
+    Lens { radius, focus }
+}
+
+impl Fields for Camera {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { position, right, up, forward, projection, aspect, lens } = self;
+        ((position, right), ((up, forward), (projection, aspect))).feed(fnv);
+        // Pinholes came first, and keep their hashes.
+        lens.iter().for_each(|lens| lens.feed(fnv));
+    }
 }
 
 impl Fields for Backs {

@@ -33,7 +33,7 @@ pub(super) struct Elements {
 }
 
 /// Integers that stand for numbers: those of KHR_mesh_quantization.
-const SMALL: [ComponentType; 4] =
+pub(super) const SMALL: [ComponentType; 4] =
     [ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 
 impl<'a> Accessors<'a> {

@@ -3,6 +3,7 @@
 use super::Reason;
 use super::accessor::Accessors;
 use super::graph::Placed;
+use super::instances;
 use gltf::Semantic;
 use gltf::json::mesh::{Mesh, Mode, Primitive};
 use gltf::json::validation::Checked;
@@ -15,10 +16,15 @@ const VERTEX_BYTES: u64 = 100;
 /// Bytes of packed buffer views once they are unpacked: some seconds of work, whatever memory there is.
 const MOST_UNPACKED: u64 = 1 << 34;
 
+/// Vertices that morph targets move, for each triangle that a scene may have: some seconds of work.
+const MOVED_PER_TRIANGLE: u64 = 24;
+
 #[derive(Clone, Copy, Default)]
 struct Count {
     triangles: u64,
     vertices: u64,
+    /// Vertices times the targets that they may be moved by.
+    moved: u64,
 }
 
 impl Count {
@@ -26,6 +32,16 @@ impl Count {
         Self {
             triangles: self.triangles.saturating_add(other.triangles),
             vertices: self.vertices.saturating_add(other.vertices),
+            moved: self.moved.saturating_add(other.moved),
+        }
+    }
+
+    /// Copies of a mesh that is moved once. Each takes memory, whatever is in it.
+    fn times(self, copies: u64) -> Self {
+        Self {
+            triangles: self.triangles.saturating_mul(copies),
+            vertices: self.vertices.saturating_mul(copies),
+            moved: self.moved,
         }
     }
 }
@@ -42,9 +58,18 @@ pub(super) fn check(
         mesh.primitives.iter().map(|p| of_primitive(accessors, p)).fold(Count::default(), Count::plus)
     };
     let meshes: Vec<Count> = accessors.root.meshes.iter().map(of_mesh).collect();
-    let instances = placed.iter().filter_map(|place| place.node.mesh);
-    let counts = instances.filter_map(|mesh| meshes.get(mesh.value()).copied());
-    let Count { triangles, vertices } = counts.fold(Count::default(), Count::plus);
+    let of_place = |place: &Placed<'_>| {
+        let count = meshes.get(place.node.mesh?.value())?;
+        Some(count.times(instances::count(accessors, place.node)))
+    };
+    let Count { triangles, vertices, moved } =
+        placed.iter().filter_map(of_place).fold(Count::default(), Count::plus);
+    if moved > most.saturating_mul(MOVED_PER_TRIANGLE) {
+        return Err(format!(
+            "its morph targets move {moved} vertices, which is more than --max-triangles {most} allows ({MOVED_PER_TRIANGLE} \
+             for each triangle); leave some out or raise it"
+        ));
+    }
     if triangles > most || vertices > most.saturating_mul(3) {
         return Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which is more than --max-triangles \
@@ -83,7 +108,8 @@ fn of_primitive(accessors: &Accessors<'_>, primitive: &Primitive) -> Count {
     let triangles = match primitive.mode {
         Checked::Valid(Mode::Triangles) => corners / 3,
         Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
-        _ => return Count { triangles: 1, vertices: 0 },
+        _ => return Count { triangles: 1, ..Count::default() },
     };
-    Count { triangles: triangles.max(1), vertices }
+    let targets = primitive.targets.as_ref().map_or(0, |targets| targets.len() as u64);
+    Count { triangles: triangles.max(1), vertices, moved: vertices.saturating_mul(targets) }
 }

@@ -9,6 +9,7 @@ use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 
 /// The triangles of one primitive in the space of its mesh.
+#[derive(Clone)]
 pub(super) struct Geometry {
     pub positions: Vec<DVec3>,
     pub normals: Option<Vec<Vec3>>,

@@ -136,3 +136,43 @@ fn decode(
 fn decode(_: &[u8], _: (usize, usize), _: &str, _: &str) -> Result<Vec<u8>, Reason> {
     Err(super::LEFT_OUT.into())
 }
+
+#[cfg(all(test, feature = "meshopt"))]
+mod tests {
+    use super::*;
+    use meshoptimizer_rs::Workspace;
+    use meshoptimizer_rs::codec::{
+        VertexEncoding, encode_filter_color, encode_filter_quat, encode_vertex_buffer,
+    };
+
+    /// Four numbers of an element, packed by a filter and a stream of version 1, unpacked again.
+    fn round<const W: usize>(filter: &str, filtered: &[u8], version: u8) -> Vec<Vec<u8>> {
+        let encoding = VertexEncoding::new(version, 2).unwrap();
+        let count = filtered.len() / W;
+        let packed = encode_vertex_buffer(filtered, count, W, encoding, &mut Workspace::default()).unwrap();
+        let bytes = decode(&packed, (count, W), "ATTRIBUTES", filter).unwrap();
+        bytes.chunks(W).map(<[u8]>::to_vec).collect()
+    }
+
+    #[test]
+    fn turns_and_colours_come_back() {
+        let turns = [[0.0, 0.0, 0.0, 1.0], [0.5, -0.5, 0.5, 0.5], [0.6, 0.0, -0.8, 0.0_f32]];
+        let filtered = encode_filter_quat(3, 8, 16, turns.as_flattened(), &mut Workspace::default()).unwrap();
+        for version in [0, 1] {
+            for (element, turn) in round::<8>("QUATERNION", &filtered, version).iter().zip(turns) {
+                let numbers =
+                    element.as_chunks::<2>().0.iter().map(|b| f32::from(i16::from_le_bytes(*b)) / 32_767.0);
+                let dot: f32 = numbers.zip(turn).map(|(a, b)| a * b).sum();
+                assert!((dot.abs() - 1.0).abs() < 1e-3, "{turn:?}: {dot}");
+            }
+        }
+        let colours = [[1.0, 0.0, 0.0, 1.0], [0.2, 0.4, 0.6, 0.8_f32]];
+        let filtered =
+            encode_filter_color(2, 4, 8, colours.as_flattened(), &mut Workspace::default()).unwrap();
+        for (element, colour) in round::<4>("COLOR", &filtered, 1).iter().zip(colours) {
+            for (found, expected) in element.iter().zip(colour) {
+                assert!((f32::from(*found) / 255.0 - expected).abs() < 0.02, "{element:?} for {colour:?}");
+            }
+        }
+    }
+}
