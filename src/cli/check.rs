@@ -4,7 +4,7 @@ use super::output::refuse_input;
 use super::scene_args::SceneArgs;
 use super::settings_args::whole;
 use crate::error::{Error, Result};
-use crate::scene::MAX_TRIANGLES;
+use crate::scene::{MAX_TRIANGLES, Pose};
 use crate::stability::{Case, Check, Effort, Outcome, cases, scene_check::check_scene};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -24,6 +24,14 @@ pub struct CheckArgs {
     /// Which camera sees the scene, as for render.
     #[arg(long, value_name = "NAME|N", requires = "scene")]
     camera: Option<String>,
+
+    /// A moment of an animation, as for render.
+    #[arg(long, value_name = "[NAME:]SECONDS", allow_negative_numbers = true, requires = "scene")]
+    pose: Option<Pose>,
+
+    /// Which variant of its materials, as for render.
+    #[arg(long, value_name = "NAME|N", requires = "scene")]
+    variant: Option<String>,
 
     /// Illumination over the whole scene, as for render.
     #[arg(long, value_name = "NAME|S,T", requires = "scene")]
@@ -67,6 +75,8 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
                 scene: scene.clone(),
                 scene_of_file: args.scene_of_file.clone(),
                 camera: args.camera.clone(),
+                pose: args.pose.clone(),
+                variant: args.variant.clone(),
                 illumination: args.illumination.clone(),
                 set: args.set.clone(),
                 max_triangles: args.max_triangles,

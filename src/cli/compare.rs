@@ -86,7 +86,7 @@ impl Comparing<'_> {
 
     fn one(&self, scene_args: &SceneArgs) -> Result<SceneReport> {
         let begin = Instant::now();
-        let Loaded { scene, files } = scene_args.load_with_files()?;
+        let Loaded { scene, files, .. } = scene_args.load_with_files()?;
         FILES.iter().try_for_each(|name| refuse_input(&self.args.output.join(name), &files))?;
         let load_seconds = begin.elapsed().as_secs_f64();
         if let Some(given) = &self.given {

@@ -5,7 +5,7 @@ use super::render::duration;
 use super::scene_args::SceneArgs;
 use super::settings_args::{DEFAULT_SAMPLES, size, whole};
 use crate::plan::Settings;
-use crate::scene::MAX_TRIANGLES;
+use crate::scene::{MAX_TRIANGLES, Pose};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -33,6 +33,12 @@ pub struct CompareArgs {
     /// Which camera, as in `render`
     #[arg(long, value_name = "NAME|N")]
     pub(super) camera: Option<String>,
+    /// A moment of an animation, as in `render`
+    #[arg(long, value_name = "[NAME:]SECONDS", allow_negative_numbers = true)]
+    pub(super) pose: Option<Pose>,
+    /// Which variant of its materials, as in `render`
+    #[arg(long, value_name = "NAME|N")]
+    pub(super) variant: Option<String>,
     /// Illumination over the whole scene, as in `render`; repeated: every scene in each
     #[arg(long, value_name = "NAME|S,T")]
     pub(super) illumination: Vec<String>,
@@ -112,6 +118,8 @@ impl CompareArgs {
                 scene: scene.clone(),
                 scene_of_file: self.scene_of_file.clone(),
                 camera: self.camera.clone(),
+                pose: self.pose.clone(),
+                variant: self.variant.clone(),
                 illumination: illumination.clone(),
                 set: self.set.clone(),
                 max_triangles: self.max_triangles,

@@ -8,7 +8,7 @@ use crate::light::{Light, Matrix};
 use crate::optics::Lobe;
 use crate::plan::{Existence, Plan, Settings};
 use crate::scene::names::clean;
-use crate::scene::{Backs, Luminaire, Material, Projection, Scene};
+use crate::scene::{Backs, Loaded, Luminaire, Material, Projection, Scene};
 use clap::Args;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
@@ -27,8 +27,8 @@ pub struct InfoArgs {
 }
 
 pub fn run(args: &InfoArgs) -> Result<ExitCode> {
-    let scene = args.scene.load_as(true)?.scene;
-    let info = Info::of(&scene);
+    let loaded = args.scene.load_as(true)?;
+    let info = Info::of(&loaded);
     print(&if args.json { format!("{:#}\n", info.json()) } else { info.text() })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -44,6 +44,9 @@ struct Extent {
 /// What a scene holds.
 struct Info<'a> {
     scene: &'a Scene,
+    /// What else its file has to choose from.
+    variants: &'a [String],
+    animations: &'a [String],
     /// By material.
     extents: Vec<Extent>,
     /// Kind and power of what shines, triangles of one material together, W.
@@ -52,7 +55,8 @@ struct Info<'a> {
 }
 
 impl<'a> Info<'a> {
-    fn of(scene: &'a Scene) -> Self {
+    fn of(loaded: &'a Loaded) -> Self {
+        let Loaded { scene, variants, animations, .. } = loaded;
         let mut extents = vec![Extent::default(); scene.materials.len()];
         for triangle in 0..scene.mesh.triangles.len() as u32 {
             let extent = &mut extents[scene.surface_of(triangle).material as usize];
@@ -60,7 +64,7 @@ impl<'a> Info<'a> {
             extent.area += f64::from(scene.mesh.area(triangle));
         }
         let existence = Plan::new(scene.clone(), Settings::for_film(64, 64)).existence;
-        Self { scene, extents, luminaires: luminaires(scene), existence }
+        Self { scene, variants, animations, extents, luminaires: luminaires(scene), existence }
     }
 
     /// The corners of the box around all triangles in the world, m.
@@ -104,6 +108,12 @@ impl<'a> Info<'a> {
             line(format_args!("light: none"));
         }
         line(format_args!("multiplication factor: {}", self.existence.describe()));
+        for (kind, names) in [("variants", self.variants), ("animations", self.animations)] {
+            if !names.is_empty() {
+                let names: Vec<String> = names.iter().map(|name| clean(name)).collect();
+                line(format_args!("{kind}: {}", names.join(", ")));
+            }
+        }
         scene.notes.iter().for_each(|note| line(format_args!("note: {note}")));
         text
     }
@@ -118,7 +128,13 @@ impl<'a> Info<'a> {
         };
         let place = vector(camera.position.as_dvec3() + self.scene.origin);
         let aspect = camera.aspect.map_or(String::new(), |aspect| format!(", picture {aspect:.4}:1"));
-        format!("{projection}, at {place} m, looking along {}{aspect}", vector(camera.forward.as_dvec3()))
+        let lens = camera.lens.map_or(String::new(), |lens| {
+            format!(", lens of radius {} m focused at {} m", lens.radius, number(f64::from(lens.focus)))
+        });
+        format!(
+            "{projection}{lens}, at {place} m, looking along {}{aspect}",
+            vector(camera.forward.as_dvec3())
+        )
     }
 
     fn json(&self) -> Value {
@@ -149,11 +165,14 @@ impl<'a> Info<'a> {
             "camera": {
                 "position": array(scene.camera.position.as_dvec3() + scene.origin),
                 "forward": scene.camera.forward.to_array(), "up": scene.camera.up.to_array(),
-                "aspect": scene.camera.aspect, "words": self.camera(),
+                "aspect": scene.camera.aspect,
+                "lens": scene.camera.lens.map(|lens| json!({ "radius": lens.radius, "focus": lens.focus })), "words": self.camera(),
             },
             "materials": scene.materials.iter().zip(&self.extents).map(material).collect::<Vec<_>>(),
             "luminaires": self.luminaires.iter().map(light).collect::<Vec<_>>(),
             "multiplication_factor": existence_as_json(&self.existence),
+            "variants": self.variants,
+            "animations": self.animations,
             "notes": scene.notes,
         })
     }

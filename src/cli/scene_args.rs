@@ -2,7 +2,7 @@
 
 use super::settings_args::whole;
 use crate::error::{Error, Result};
-use crate::scene::{Choice, Illumination, Loaded, MAX_TRIANGLES, Scene};
+use crate::scene::{Choice, Illumination, Loaded, MAX_TRIANGLES, Pose, Scene};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -21,6 +21,16 @@ pub struct SceneArgs {
     /// Which camera sees the scene: its name, or its number from 0. Default: the first.
     #[arg(long, value_name = "NAME|N")]
     pub camera: Option<String>,
+
+    /// The scene as its first animation has it at so many seconds, or as the animation of that name does: joints, nodes, lamps,
+    /// cameras and morph targets. Default: at rest.
+    #[arg(long, value_name = "[NAME:]SECONDS", allow_negative_numbers = true)]
+    pub pose: Option<Pose>,
+
+    /// Which variant of its materials the scene wears (KHR_materials_variants): its name, or its number from 0. `halflight
+    /// info` lists them. Default: the materials that meshes name.
+    #[arg(long, value_name = "NAME|N")]
+    pub variant: Option<String>,
 
     /// Illumination over the whole scene: global, local, shadowless, one-bounce, whitted, or a point S,T of the square
     /// (S inter-reflection, T shadowlessness, both 0…1). Materials that name their own in the file keep it unless --set
@@ -58,6 +68,8 @@ impl SceneArgs {
         let choice = Choice {
             scene: self.scene_of_file.clone(),
             camera: self.camera.clone(),
+            pose: self.pose.clone(),
+            variant: self.variant.clone(),
             max_triangles: self.max_triangles,
             dark,
         };

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::film::Layer;
 use crate::plan::{Direct, Method, Omittable, Settings};
-use crate::scene::Scene;
+use crate::scene::{NO_CAMERA, Scene};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 
@@ -113,7 +113,8 @@ impl SettingsArgs {
     pub fn film(&self, settings: Settings, scene: &mut Scene) -> Settings {
         let aspect = scene.camera.aspect;
         let (width, height) = self.size.unwrap_or_else(|| shaped(aspect.unwrap_or(1.0)));
-        scene.notes.extend(aspect.and_then(|aspect| beside(aspect, width, height)));
+        let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
+        scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
         let Settings { indirect_radius, .. } = Settings::for_film(width, height);
         Settings { width, height, indirect_radius, ..settings }
     }

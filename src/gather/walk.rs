@@ -141,7 +141,9 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     pub fn pixel(&mut self, [x, y]: [usize; 2], mut rng: Rng) -> Pixel<R> {
         let [width, height] = self.film.map(|side| side as f32);
         let [jx, jy] = rng.f32x2();
-        let (origin, direction) = self.view.ray((x as f32 + jx) / width, (y as f32 + jy) / height);
+        let (x, y) = ((x as f32 + jx) / width, (y as f32 + jy) / height);
+        let (origin, direction) =
+            if self.view.has_lens() { self.view.ray_through(x, y, rng.f32x2()) } else { self.view.ray(x, y) };
         let mut pixel = Pixel::EMPTY;
         // paper eq. 8: a pixel shows [0 1] L
         let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });

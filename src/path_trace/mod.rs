@@ -137,7 +137,8 @@ fn trace_pixels<const N: usize>(
             }
             let [dx, dy] = numbers.next();
             let (x, y) = ((column + dx) / width as f32, (row + dy) / height as f32);
-            let (origin, direction) = view.ray(x, y);
+            let (origin, direction) =
+                if view.has_lens() { view.ray_through(x, y, numbers.next()) } else { view.ray(x, y) };
             sum += walk.gather(Looker::Camera, start, origin, direction, &mut numbers, scratch);
         }
         sum.over(samples_per_pixel)

@@ -145,7 +145,7 @@ impl SceneBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Emission, Projection};
+    use crate::scene::{Emission, Lens, Projection};
 
     /// A lamp above a floor, 1000 km from the world's zero.
     fn far() -> SceneBuilder {
@@ -183,11 +183,17 @@ mod tests {
     fn what_cannot_be_is_told_in_a_line() {
         type Spoil = fn(&mut SceneBuilder);
         let nan = f32::NAN;
-        let cases: [(&str, Spoil); 16] = [
+        let cases: [(&str, Spoil); 18] = [
             ("no camera", |s| s.camera = None),
             ("camera: ", |s| s.camera.as_mut().unwrap().forward = Vec3::NAN),
             ("camera: ", |s| s.camera.as_mut().unwrap().projection = Projection::Perspective { yfov: 4.0 }),
             ("camera: its aspect", |s| s.camera.as_mut().unwrap().aspect = Some(0.0)),
+            ("camera: Lens", |s| s.camera.as_mut().unwrap().lens = Some(Lens { radius: 0.1, focus: 0.0 })),
+            ("camera: an orthographic camera has no lens", |s| {
+                let camera = s.camera.as_mut().unwrap();
+                camera.lens = Some(Lens { radius: 0.1, focus: 1.0 });
+                camera.projection = Projection::Orthographic { half_height: 1.0 };
+            }),
             ("`Floor`: there is no material 2", |s| s.shapes[0].material = 2),
             ("`Floor`: a triangle refers to vertex 4 of 4", |s| s.shapes[0].triangles[1][2] = 4),
             ("`Floor`: the position of vertex 3", |s| s.shapes[0].positions[3].y = f64::INFINITY),

@@ -1,7 +1,9 @@
 //! What a [`SceneBuilder`] refuses: each reason names the thing and what it may be.
 
 use super::illumination::{matrix_from, square_from};
-use super::{Camera, Illumination, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape};
+use super::{
+    Camera, Illumination, Lens, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape,
+};
 use crate::light::{Light, Matrix};
 use crate::optics::Lobe;
 use glam::{Vec3, Vec4};
@@ -187,11 +189,16 @@ fn check_camera(camera: &Camera) -> Result<(), Reason> {
     if !fine {
         return Err(format!("{:?}; an angle lies between 0 and π, a height above 0", camera.projection));
     }
-    match camera.aspect {
-        Some(aspect) if !(aspect > 0.0 && aspect.is_finite()) => {
-            Err(format!("its aspect ratio is {aspect}; it is above 0"))
+    if let Some(aspect) = camera.aspect.filter(|aspect| !(*aspect > 0.0 && aspect.is_finite())) {
+        return Err(format!("its aspect ratio is {aspect}; it is above 0"));
+    }
+    match (camera.lens, camera.projection) {
+        (None, _) => Ok(()),
+        (Some(_), Projection::Orthographic { .. }) => {
+            Err("an orthographic camera has no lens; leave it out, or make the projection perspective".into())
         }
-        _ => Ok(()),
+        (Some(Lens { radius, focus }), _) if is_amount(radius) && focus > 0.0 && focus.is_finite() => Ok(()),
+        (Some(lens), _) => Err(format!("{lens:?}; a radius is not negative, a distance above 0")),
     }
 }
 

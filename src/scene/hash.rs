@@ -4,7 +4,7 @@
 use super::material::Follows;
 use super::texture::{Image, Sampler, Texture, Wrap};
 use super::{
-    Backs, Camera, Emission, Factor, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
+    Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
     Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
@@ -173,7 +173,16 @@ fields! {
     Layers { clear, coat; average }
     Light { invisible, visible }
     SpotCone { inner, outer }
-    Camera { position, right, up, forward, projection, aspect }
+    Lens { radius, focus }
+}
+
+impl Fields for Camera {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { position, right, up, forward, projection, aspect, lens } = self;
+        ((position, right), ((up, forward), (projection, aspect))).feed(fnv);
+        // Pinholes came first, and keep their hashes.
+        lens.iter().for_each(|lens| lens.feed(fnv));
+    }
 }
 
 /// Goes before what not every scene has: as a count, or as a variant's number, it never comes.

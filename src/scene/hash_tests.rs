@@ -15,6 +15,7 @@ fn tiny() -> Scene {
         forward: Vec3::NEG_Y,
         projection: Projection::Perspective { yfov: 1.0 },
         aspect: Some(1.5),
+        lens: None,
     };
     let mut scene = Scene::builder("tiny").camera(camera).illumination(Illumination::SHADOWLESS);
     let lamp = Material::diffuse("Lamp", Vec3::splat(0.5)).with_emission(Emission::front(Vec3::ONE));
@@ -49,7 +50,7 @@ type Change = fn(&mut Scene);
 
 #[test]
 fn whatever_decides_the_picture_changes_the_hash() {
-    let changes: [Change; 33] = [
+    let changes: [Change; 35] = [
         |s| s.mesh.positions[3].y = -0.0,
         |s| s.mesh.positions[0].z += 1.0,
         |s| s.mesh.normals[1].x += 1.0,
@@ -111,6 +112,8 @@ fn whatever_decides_the_picture_changes_the_hash() {
         |s| s.camera.position.x = 1.0,
         |s| s.camera.projection = Projection::Orthographic { half_height: 1.0 },
         |s| s.camera.aspect = None,
+        |s| s.camera.lens = Some(Lens { radius: 0.5, focus: 1.0 }),
+        |s| s.camera.lens = Some(Lens { radius: 0.5, focus: 2.0 }),
         |s| std::mem::swap(&mut s.camera.right, &mut s.camera.up),
     ];
     let mut seen = HashMap::from([(tiny().hash(), usize::MAX)]);

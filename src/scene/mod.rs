@@ -51,11 +51,12 @@ mod matter_at;
 mod mesh;
 pub(crate) mod names;
 mod pbr;
+mod pose;
 mod shape;
 pub mod texture;
 
 pub use build::SceneBuilder;
-pub use camera::{Camera, Projection, View};
+pub use camera::{Camera, Lens, Projection, View};
 pub(crate) use hash::Fnv;
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
@@ -64,6 +65,7 @@ pub use matter_at::MatterAt;
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
 pub use pbr::{Factor, NormalMap, Parameters, Pbr, VertexColours};
+pub use pose::Pose;
 pub use shape::Shape;
 pub use texture::Inputs;
 
@@ -96,13 +98,17 @@ pub struct Scene {
 }
 
 /// What is shown of a file that holds several scenes, or of a scene that several cameras see; and how much of it there may be.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// A scene by its name, else by its number from 0 in the order of the file. None: the file's default.
     pub scene: Option<String>,
     /// A camera by the name of its node, else by its own, else by its number from 0 among those of the scene. None: the
     /// first.
     pub camera: Option<String>,
+    /// As an animation has it at a time. None: at rest.
+    pub pose: Option<Pose>,
+    /// A variant of its materials by its name, else by its number from 0. None: the materials that its meshes name.
+    pub variant: Option<String>,
     /// More triangles than this, every instance counted, are refused before anything of the file is built.
     pub max_triangles: u64,
     /// A scene in which nothing emits light is taken, with a note, by who wants to know what is in it.
@@ -111,9 +117,26 @@ pub struct Choice {
 
 impl Default for Choice {
     fn default() -> Self {
-        Self { scene: None, camera: None, max_triangles: MAX_TRIANGLES, dark: false }
+        Self {
+            scene: None,
+            camera: None,
+            pose: None,
+            variant: None,
+            max_triangles: MAX_TRIANGLES,
+            dark: false,
+        }
     }
 }
+
+impl Choice {
+    /// True where nothing is chosen of what is in a file.
+    fn is_empty(&self) -> bool {
+        self.scene.is_none() && self.camera.is_none() && self.pose.is_none() && self.variant.is_none()
+    }
+}
+
+/// What is noted of a scene without a camera of its own. It is seen in a square, and more of it on a film of another shape.
+pub(crate) const NO_CAMERA: &str = "has no camera; it is seen from the front and slightly above";
 
 /// More illuminations than these are counted instead of described.
 const MOST_TOLD: usize = 16;
@@ -125,6 +148,10 @@ pub struct Loaded {
     pub scene: Scene,
     /// The files that it is of: its own, buffers, images. None for a built-in scene.
     pub files: Vec<PathBuf>,
+    /// The names of the variants of its materials that its file has.
+    pub variants: Vec<String>,
+    /// The animations of its file, each by its name, else by its number.
+    pub animations: Vec<String>,
 }
 
 /// More triangles than this, every instance counted, are a mistake or an attack sooner than a scene.
@@ -153,11 +180,15 @@ impl Scene {
     pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Loaded> {
         let path = path.as_ref();
         match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
-            Some(name) if choice.scene.is_none() && choice.camera.is_none() => {
-                Ok(Loaded { scene: builtin::scene(name)?, files: Vec::new() })
-            }
+            Some(name) if choice.is_empty() => Ok(Loaded {
+                scene: builtin::scene(name)?,
+                files: Vec::new(),
+                variants: Vec::new(),
+                animations: Vec::new(),
+            }),
             Some(name) => {
-                let only = "a built-in scene is one scene with one camera; leave out --scene and --camera";
+                let only = "a built-in scene is one scene with one camera at rest; leave out --scene, --camera, --pose and \
+                            --variant";
                 Err(Error::scene(format!("builtin:{name}"), only))
             }
             None => gltf::load(path, choice),

@@ -3,10 +3,14 @@
 mod bounds;
 mod builtin;
 mod damage;
+mod field;
 mod files;
 mod images;
 mod loose;
 mod noise;
+#[cfg(all(feature = "draco", feature = "meshopt"))]
+mod packed;
+mod posed;
 mod right;
 mod small;
 mod unlit;

@@ -253,7 +253,7 @@ fn what_is_not_supported_is_told_once_by_name() {
         .with("/animations", json!([{}]))
         .with("/textures", json!([{}]))
         .with("/extensionsUsed", json!(["EXT_lights_image_based", "KHR_materials_clearcoat", "KHR_texture_basisu"]))
-        .with("/nodes/0/extensions", json!({ "EXT_mesh_gpu_instancing": {} }))
+        .with("/nodes/0/extensions", json!({ "MSFT_lod": {} }))
         .with("/nodes/1/extras", json!({ "illumination": "local" }))
         .with("/materials/0", json!({ "name": "Skin", "alphaMode": "BLEND", "normalTexture": texture,
             "emissiveTexture": texture, "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": texture },
@@ -268,10 +268,10 @@ fn what_is_not_supported_is_told_once_by_name() {
         "normal textures",
         "emissive textures",
         "base colour textures",
-        "animations are not supported",
+        "is seen at rest; --pose [NAME:]SECONDS",
         "KHR_materials_clearcoat is not supported yet: Skin",
         "KHR_materials_iridescence",
-        "EXT_mesh_gpu_instancing is not supported: Body",
+        "MSFT_lod is not supported: Body",
         "EXT_lights_image_based",
         "did you mean `illumination`?",
         "extras `illumination` has no effect here",

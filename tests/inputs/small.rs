@@ -90,6 +90,25 @@ impl Small {
         self
     }
 
+    /// With an accessor more of these numbers, `kind` of glTF at a time. Returns its index.
+    pub fn add(&mut self, kind: &str, numbers: &[f32]) -> usize {
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => panic!("{kind}"),
+        };
+        let (start, length) = (self.binary.len(), 4 * numbers.len());
+        self.binary.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
+        self.json["buffers"][0]["byteLength"] = json!(self.binary.len());
+        let views = self.json["bufferViews"].as_array_mut().expect("a list");
+        views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length }));
+        let view = views.len() - 1;
+        let accessors = self.json["accessors"].as_array_mut().expect("a list");
+        accessors.push(json!({ "bufferView": view, "componentType": 5126, "type": kind, "count": numbers.len() / width }));
+        accessors.len() - 1
+    }
+
     /// With its buffer as a data URI, where it has no URI yet.
     pub fn embedded(mut self) -> Self {
         if self.json["buffers"][0]["uri"].is_null() {

@@ -2,9 +2,14 @@
 
 use super::Reason;
 use super::container::Bytes;
+use super::graph::Placed;
+use super::unpack::draco::{self, Most};
+use super::unpack::meshopt::Views;
 use gltf::json::Root;
-use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
+use std::collections::HashMap;
+use std::ops::Range;
 
 /// An accessor without data reads as zeros; more than this many are a mistake, not a scene.
 pub(super) const MOST_ZEROS: u64 = 1 << 24;
@@ -12,14 +17,43 @@ pub(super) const MOST_ZEROS: u64 = 1 << 24;
 /// A file's accessors over its loaded buffers.
 pub(super) struct Accessors<'a> {
     pub root: &'a Root,
-    pub buffers: &'a [Bytes<'a>],
+    buffers: &'a [Bytes<'a>],
+    /// Buffer views that are packed each by itself.
+    views: Views<'a>,
+    /// What is packed by whole primitives, by accessor.
+    unpacked: HashMap<usize, Elements>,
+}
+
+/// The elements of an accessor that come from elsewhere than its buffer view, one after the other.
+pub(super) struct Elements {
+    pub kind: Type,
+    pub component: ComponentType,
+    pub count: u64,
+    pub bytes: Vec<u8>,
 }
 
 /// Integers that stand for numbers: those of KHR_mesh_quantization.
-const SMALL: [ComponentType; 4] =
+pub(super) const SMALL: [ComponentType; 4] =
     [ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 
-impl Accessors<'_> {
+impl<'a> Accessors<'a> {
+    /// Of a file with its buffers.
+    pub fn new(root: &'a Root, buffers: &'a [Bytes<'a>]) -> Self {
+        Self { root, buffers, views: Views::new(root), unpacked: HashMap::new() }
+    }
+
+    /// Unpacks the primitives of placed meshes that are packed as a whole. True where there are any: then their elements are
+    /// counted anew.
+    pub fn unpack(&mut self, placed: &[Placed<'_>], most: Most) -> Result<bool, Reason> {
+        self.unpacked = draco::unpack(self, placed, most)?;
+        Ok(!self.unpacked.is_empty())
+    }
+
+    /// The bytes that packed buffer views take once all of them are unpacked.
+    pub fn unpacked_bytes(&self) -> u64 {
+        self.views.unpacked_bytes()
+    }
+
     /// Vectors of three: floats, or the smaller numbers of KHR_mesh_quantization where the file says that it has them.
     pub fn vec3(&self, index: usize) -> Result<Vec<[f64; 3]>, Reason> {
         self.numbers(index, Type::Vec3, if self.is_quantized() { &SMALL } else { &[] })
@@ -51,12 +85,29 @@ impl Accessors<'_> {
     ) -> Result<Vec<[f64; N]>, Reason> {
         let allowed = [also, &[ComponentType::F32]].concat();
         let (bytes, component) = self.packed(index, kind, &allowed)?;
-        let normalized = self.root.accessors.get(index).is_some_and(|accessor| accessor.normalized);
-        let size = component.size();
+        let (size, normalized) = (component.size(), self.is_normalized(index));
         let element = |bytes: &[u8]| {
             std::array::from_fn(|i| number(&bytes[size * i..size * (i + 1)], component, normalized))
         };
         Ok(bytes.chunks_exact(size * N).map(element).collect())
+    }
+
+    /// The numbers of some elements of an accessor, and of no others: it may be long.
+    pub fn some(
+        &self,
+        index: usize,
+        kind: Type,
+        also: &[ComponentType],
+        range: Range<u64>,
+    ) -> Result<Vec<f64>, Reason> {
+        let allowed = [also, &[ComponentType::F32]].concat();
+        let (bytes, component) = self.packed_range(index, kind, &allowed, range)?;
+        let normalized = self.is_normalized(index);
+        Ok(bytes.chunks_exact(component.size()).map(|bytes| number(bytes, component, normalized)).collect())
+    }
+
+    fn is_normalized(&self, index: usize) -> bool {
+        self.root.accessors.get(index).is_some_and(|accessor| accessor.normalized)
     }
 
     /// The four joints of each vertex, indices into those of its skin.
@@ -67,6 +118,9 @@ impl Accessors<'_> {
 
     /// The bytes of a buffer view.
     pub fn view(&self, index: usize) -> Result<&[u8], Reason> {
+        if let Some(unpacked) = self.views.get(index, self.buffers) {
+            return unpacked;
+        }
         let view = self.root.buffer_views.get(index).ok_or("has a buffer view that does not exist")?;
         let buffer = self.buffers.get(view.buffer.value()).ok_or("has a buffer that does not exist")?;
         let start = view.byte_offset.map_or(0, |o| o.0);
@@ -78,7 +132,19 @@ impl Accessors<'_> {
 
     /// How many elements an accessor has, unread. Zero where it does not exist.
     pub fn count(&self, index: usize) -> u64 {
-        self.root.accessors.get(index).map_or(0, |accessor| accessor.count.0)
+        let announced = || self.root.accessors.get(index).map_or(0, |accessor| accessor.count.0);
+        self.unpacked.get(&index).map_or_else(announced, |elements| elements.count)
+    }
+
+    /// The same. None where it cannot be that many: reading it says why, and takes no memory.
+    pub fn possible_count(&self, index: usize) -> Option<u64> {
+        let accessor = self.root.accessors.get(index)?;
+        let most = match accessor.buffer_view {
+            Some(view) => self.views.length(self.root.buffer_views.get(view.value())?),
+            None if self.unpacked.contains_key(&index) => u64::MAX,
+            None => MOST_ZEROS,
+        };
+        Some(self.count(index)).filter(|count| *count <= most)
     }
 
     /// Unsigned integers.
@@ -95,49 +161,80 @@ impl Accessors<'_> {
         kind: Type,
         allowed: &[ComponentType],
     ) -> Result<(Vec<u8>, ComponentType), Reason> {
+        self.packed_range(index, kind, allowed, 0..self.count(index))
+    }
+
+    /// The same of some elements.
+    fn packed_range(
+        &self,
+        index: usize,
+        kind: Type,
+        allowed: &[ComponentType],
+        range: Range<u64>,
+    ) -> Result<(Vec<u8>, ComponentType), Reason> {
         let wrong = |what: &str| format!("accessor {index} {what}; export it again");
         let accessor = self.root.accessors.get(index).ok_or_else(|| wrong("does not exist"))?;
+        let unpacked = self.unpacked.get(&index);
         let component = match (accessor.type_, accessor.component_type) {
             (Checked::Valid(k), Checked::Valid(c)) if k == kind && allowed.contains(&c.0) => c.0,
             _ => return Err(wrong("has the wrong type for its use")),
         };
         let size = component.size() * kind.multiplicity();
-        let count = accessor.count.0;
-        let mut packed = match accessor.buffer_view {
-            Some(view) => {
+        let all = self.count(index);
+        let count = range.end.checked_sub(range.start).filter(|_| range.end <= all);
+        let count =
+            count.ok_or_else(|| wrong(&format!("has {all} elements, which are too few for its use")))?;
+        let mut packed = match (unpacked, accessor.buffer_view) {
+            (Some(elements), _) if (elements.kind, elements.component) == (kind, component) => {
+                let bytes = range.start as usize * size..range.end as usize * size;
+                elements.bytes.get(bytes).ok_or_else(|| wrong("is damaged"))?.to_vec()
+            }
+            (Some(_), _) => return Err(wrong("has the wrong type for its use")),
+            (None, Some(view)) => {
                 let offset = accessor.byte_offset.map_or(0, |o| o.0);
-                self.gather(view.value(), offset, count, size).map_err(|e| wrong(&e))?
+                self.gather(view.value(), offset, range.clone(), size).map_err(|e| wrong(&e))?
             }
-            None if count <= MOST_ZEROS => vec![0; count as usize * size],
-            None => return Err(wrong(&format!("announces {count} elements without data"))),
+            (None, None) if count <= MOST_ZEROS => vec![0; count as usize * size],
+            (None, None) => return Err(wrong(&format!("announces {count} elements without data"))),
         };
-        if let Some(sparse) = &accessor.sparse {
-            let Checked::Valid(places) = sparse.indices.component_type else {
-                return Err(wrong("has sparse indices of the wrong type"));
-            };
-            let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
-            let width = places.0.size();
-            let places = self.gather(view, offset, sparse.count.0, width).map_err(|e| wrong(&e))?;
-            let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
-            let values = self.gather(view, offset, sparse.count.0, size).map_err(|e| wrong(&e))?;
-            for (place, value) in unsigned(&places, width).into_iter().zip(values.chunks_exact(size)) {
-                let start = place as usize * size;
-                let target = packed.get_mut(start..start + size);
-                target.ok_or_else(|| wrong("has a sparse index beyond its end"))?.copy_from_slice(value);
+        if accessor.sparse.is_some() {
+            if count != all {
+                return Err(wrong("is sparse, which is not read where an animation uses it"));
             }
+            self.replace_sparse(accessor, size, &mut packed).map_err(|what| wrong(&what))?;
         }
         Ok((packed, component))
     }
 
-    /// `count` elements of `size` bytes out of a buffer view, without the gaps of its stride.
-    fn gather(&self, view: usize, offset: u64, count: u64, size: usize) -> Result<Vec<u8>, Reason> {
+    /// Puts the elements in place that a sparse accessor has others of.
+    fn replace_sparse(&self, accessor: &Accessor, size: usize, packed: &mut [u8]) -> Result<(), Reason> {
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let Checked::Valid(places) = sparse.indices.component_type else {
+            return Err("has sparse indices of the wrong type".into());
+        };
+        let (view, offset) = (sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0);
+        let width = places.0.size();
+        let places = self.gather(view, offset, 0..sparse.count.0, width)?;
+        let (view, offset) = (sparse.values.buffer_view.value(), sparse.values.byte_offset.0);
+        let values = self.gather(view, offset, 0..sparse.count.0, size)?;
+        for (place, value) in unsigned(&places, width).into_iter().zip(values.chunks_exact(size)) {
+            let start = place as usize * size;
+            let target = packed.get_mut(start..start + size);
+            target.ok_or("has a sparse index beyond its end")?.copy_from_slice(value);
+        }
+        Ok(())
+    }
+
+    /// Elements of `size` bytes out of a buffer view, without the gaps of its stride.
+    fn gather(&self, view: usize, offset: u64, range: Range<u64>, size: usize) -> Result<Vec<u8>, Reason> {
+        let count = range.end;
         let bytes = self.view(view)?;
         let view = &self.root.buffer_views[view];
         let stride = view.byte_stride.map_or(size, |s| s.0);
         if stride < size {
             return Err("has a stride smaller than its elements".into());
         }
-        if count == 0 {
+        if range.is_empty() {
             return Ok(Vec::new());
         }
         let needed = (count - 1).checked_mul(stride as u64).and_then(|n| n.checked_add(size as u64));
@@ -146,7 +243,8 @@ impl Accessors<'_> {
                 bytes.get(usize::try_from(offset).ok()?..)?.get(..usize::try_from(needed).ok()?)
             })
             .ok_or_else(|| format!("announces {count} elements, which reach beyond its buffer view"))?;
-        Ok(elements.chunks(stride).flat_map(|element| &element[..size]).copied().collect())
+        let wanted = &elements[range.start as usize * stride..];
+        Ok(wanted.chunks(stride).flat_map(|element| &element[..size]).copied().collect())
     }
 }
 

@@ -1,9 +1,10 @@
 use super::Reason;
+use super::extras::{Extras, Place};
 use super::graph::Placed;
 use super::notes::{Notes, label};
 use crate::scene::centre::Eye;
 use crate::scene::names::listed;
-use crate::scene::{Camera, Mesh, Projection};
+use crate::scene::{Camera, Mesh, NO_CAMERA, Projection};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
 use gltf::json::camera::{Camera as Source, Type};
@@ -26,7 +27,7 @@ pub(super) fn choose(
         Some(wanted) => find(root, &found, wanted)?,
     };
     let Some((place, index)) = found.get(chosen).copied() else {
-        notes.line("has no camera; it is seen from the front and slightly above".into());
+        notes.line(NO_CAMERA.into());
         return Ok(framing(mesh));
     };
     let others = found.iter().enumerate().filter(|(other, _)| *other != chosen);
@@ -42,6 +43,7 @@ pub(super) fn choose(
     let source = root.cameras.get(index).ok_or_else(missing)?;
     let label = label("camera", index, source.name.as_deref());
     let (projection, aspect) = project(source).map_err(|what| format!("{label}: {what}"))?;
+    let lens = Extras::new(&source.extras, label.clone(), Place::Camera, notes).lens(projection)?;
     if aspect.is_some_and(|a| !(a > 0.0 && a.is_finite())) {
         return Err(format!("{label}: its aspect ratio is not above 0; correct it"));
     }
@@ -59,6 +61,7 @@ pub(super) fn choose(
         forward: forward.as_vec3(),
         projection,
         aspect,
+        lens,
     })
 }
 
@@ -111,13 +114,15 @@ fn project(source: &Source) -> Result<(Projection, Option<f32>), Reason> {
     }
 }
 
-/// A camera that sees the whole mesh, from the front (+Z) and slightly above.
+/// A camera that sees the whole mesh, from the front (+Z) and slightly above, on a film of any shape.
 fn framing(mesh: &Mesh) -> Camera {
     let (min, max) = mesh.bounds();
     let centre = 0.5 * (min + max);
     let radius = mesh.positions.iter().map(|p| p.distance(centre)).fold(0.0, f32::max);
     let yfov = 40.0_f32.to_radians();
+    // 17° above.
     let away = Vec3::new(0.0, 0.3, 1.0).normalize();
     let position = centre + radius / (0.5 * yfov).sin() * away;
-    Camera::look_at(position, centre, Vec3::Y, Projection::Perspective { yfov })
+    let camera = Camera::look_at(position, centre, Vec3::Y, Projection::Perspective { yfov });
+    Camera { aspect: Some(1.0), ..camera }
 }

@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::files::{PADDING, is_data, load_uri, locate};
+use super::unpack::meshopt::is_fallback;
 use gltf::json::Root;
 use std::collections::HashMap;
 use std::ops::Deref;
@@ -85,6 +86,9 @@ pub(super) fn load_buffers<'a>(
 ) -> Result<Vec<Bytes<'a>>, Reason> {
     let mut known = HashMap::new();
     let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        if is_fallback(buffer) {
+            return Ok(Bytes::Chunk(&[]));
+        }
         let want = buffer.byte_length.0;
         let bytes = match &buffer.uri {
             Some(uri) => shared(&mut known, uri, folder, want).map_err(|e| format!("buffer {index}: {e}"))?,

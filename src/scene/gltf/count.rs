@@ -1,11 +1,11 @@
 //! How large a scene would be, from its JSON alone: a file of kilobytes can ask for any number of triangles.
 
 use super::Reason;
-use super::accessor::MOST_ZEROS;
+use super::accessor::Accessors;
 use super::graph::Placed;
+use super::instances;
 use gltf::Semantic;
-use gltf::json::Root;
-use gltf::json::mesh::{Mode, Primitive};
+use gltf::json::mesh::{Mesh, Mode, Primitive};
 use gltf::json::validation::Checked;
 
 /// Bytes of a triangle with its vertices while a scene is built: each vertex (36) twice and once in single precision (24),
@@ -13,10 +13,18 @@ use gltf::json::validation::Checked;
 const TRIANGLE_BYTES: u64 = 200;
 const VERTEX_BYTES: u64 = 100;
 
+/// Bytes of packed buffer views once they are unpacked: some seconds of work, whatever memory there is.
+const MOST_UNPACKED: u64 = 1 << 34;
+
+/// Vertices that morph targets move, for each triangle that a scene may have: some seconds of work.
+const MOVED_PER_TRIANGLE: u64 = 24;
+
 #[derive(Clone, Copy, Default)]
 struct Count {
     triangles: u64,
     vertices: u64,
+    /// Vertices times the targets that they may be moved by.
+    moved: u64,
 }
 
 impl Count {
@@ -24,6 +32,16 @@ impl Count {
         Self {
             triangles: self.triangles.saturating_add(other.triangles),
             vertices: self.vertices.saturating_add(other.vertices),
+            moved: self.moved.saturating_add(other.moved),
+        }
+    }
+
+    /// Copies of a mesh that is moved once. Each takes memory, whatever is in it.
+    fn times(self, copies: u64) -> Self {
+        Self {
+            triangles: self.triangles.saturating_mul(copies),
+            vertices: self.vertices.saturating_mul(copies),
+            moved: self.moved,
         }
     }
 }
@@ -31,27 +49,44 @@ impl Count {
 /// Refuses a scene of more than `most` triangles, every instance counted, or one that takes more than `memory` bytes (None:
 /// nobody knows how much there is), before any of it is built.
 pub(super) fn check(
-    root: &Root,
+    accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
     most: u64,
     memory: Option<u64>,
 ) -> Result<(), Reason> {
-    let meshes: Vec<Count> = root
-        .meshes
-        .iter()
-        .map(|mesh| mesh.primitives.iter().map(|p| of_primitive(root, p)).fold(Count::default(), Count::plus))
-        .collect();
-    let instances = placed.iter().filter_map(|place| place.node.mesh);
-    let counts = instances.filter_map(|mesh| meshes.get(mesh.value()).copied());
-    let Count { triangles, vertices } = counts.fold(Count::default(), Count::plus);
+    let of_mesh = |mesh: &Mesh| {
+        mesh.primitives.iter().map(|p| of_primitive(accessors, p)).fold(Count::default(), Count::plus)
+    };
+    let meshes: Vec<Count> = accessors.root.meshes.iter().map(of_mesh).collect();
+    let of_place = |place: &Placed<'_>| {
+        let count = meshes.get(place.node.mesh?.value())?;
+        Some(count.times(instances::count(accessors, place.node)))
+    };
+    let Count { triangles, vertices, moved } =
+        placed.iter().filter_map(of_place).fold(Count::default(), Count::plus);
+    if moved > most.saturating_mul(MOVED_PER_TRIANGLE) {
+        return Err(format!(
+            "its morph targets move {moved} vertices, which is more than --max-triangles {most} allows ({MOVED_PER_TRIANGLE} \
+             for each triangle); leave some out or raise it"
+        ));
+    }
     if triangles > most || vertices > most.saturating_mul(3) {
         return Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which is more than --max-triangles \
              {most} allows (three vertices each); leave some out or raise it"
         ));
     }
-    let bytes =
-        triangles.saturating_mul(TRIANGLE_BYTES).saturating_add(vertices.saturating_mul(VERTEX_BYTES));
+    let unpacked = accessors.unpacked_bytes();
+    if unpacked > MOST_UNPACKED || memory.is_some_and(|there| unpacked > there) {
+        return Err(format!(
+            "announces {} MB of packed buffer views, which is more than can be unpacked; leave some out",
+            unpacked >> 20
+        ));
+    }
+    let bytes = triangles
+        .saturating_mul(TRIANGLE_BYTES)
+        .saturating_add(vertices.saturating_mul(VERTEX_BYTES))
+        .saturating_add(unpacked);
     match memory {
         Some(there) if bytes > there => Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which take about {} MB where {} MB of \
@@ -65,25 +100,16 @@ pub(super) fn check(
 
 /// What is wrong with it is told when it is read. An instance takes memory whatever is in it, so it counts as one triangle
 /// at least.
-fn of_primitive(root: &Root, primitive: &Primitive) -> Count {
-    let count = |accessor: usize| elements(root, accessor).unwrap_or(0);
+fn of_primitive(accessors: &Accessors<'_>, primitive: &Primitive) -> Count {
+    let count = |accessor: usize| accessors.possible_count(accessor).unwrap_or(0);
     let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
     let vertices = positions.map_or(0, |index| count(index.value()));
     let corners = primitive.indices.map_or(vertices, |index| count(index.value()));
     let triangles = match primitive.mode {
         Checked::Valid(Mode::Triangles) => corners / 3,
         Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
-        _ => return Count { triangles: 1, vertices: 0 },
+        _ => return Count { triangles: 1, ..Count::default() },
     };
-    Count { triangles: triangles.max(1), vertices }
-}
-
-/// How many elements an accessor has. None where that cannot be: reading it says why, and takes no memory.
-fn elements(root: &Root, accessor: usize) -> Option<u64> {
-    let accessor = root.accessors.get(accessor)?;
-    let most = match accessor.buffer_view {
-        Some(view) => root.buffer_views.get(view.value())?.byte_length.0,
-        None => MOST_ZEROS,
-    };
-    Some(accessor.count.0).filter(|count| *count <= most)
+    let targets = primitive.targets.as_ref().map_or(0, |targets| targets.len() as u64);
+    Count { triangles: triangles.max(1), vertices, moved: vertices.saturating_mul(targets) }
 }

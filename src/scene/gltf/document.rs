@@ -9,10 +9,48 @@ use serde_json::{Number, Value, json};
 /// What the JSON says.
 pub(super) struct Document {
     pub root: Root,
-    /// From each node to its parent, in the f64 of the file: a scene may stand at 5,400,000 m with every node.
-    pub to_parent: Vec<DAffine3>,
-    /// True where there are animations. They are not read, and nothing wrong with them matters.
-    pub animated: bool,
+    /// How each node stands in its parent, in the f64 of the file: a scene may stand at 5,400,000 m with every node.
+    pub stances: Vec<Stance>,
+    /// As they are: nothing wrong with them matters where no pose is asked for.
+    pub animations: Vec<Value>,
+}
+
+/// How a node stands in its parent.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stance {
+    Matrix(DAffine3),
+    Parts(Parts),
+}
+
+/// What animations move.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    pub scale: DVec3,
+    pub rotation: DQuat,
+    pub translation: DVec3,
+}
+
+impl Stance {
+    pub fn to_parent(self) -> DAffine3 {
+        match self {
+            Self::Matrix(matrix) => matrix,
+            Self::Parts(Parts { scale, rotation, translation }) => {
+                DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+            }
+        }
+    }
+
+    /// Its parts, into which a matrix is taken apart: files should not move nodes that have one.
+    pub fn parts_mut(&mut self) -> &mut Parts {
+        if let Self::Matrix(matrix) = self {
+            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            *self = Self::Parts(Parts { scale, rotation, translation });
+        }
+        match self {
+            Self::Parts(parts) => parts,
+            Self::Matrix(_) => unreachable!("it was taken apart"),
+        }
+    }
 }
 
 /// Parses it.
@@ -24,15 +62,15 @@ pub(super) fn parse(text: &[u8]) -> Result<Document, Reason> {
     check_version(&mut json)?;
     loosen(&mut json);
     check_packing(&json)?;
-    let animated = json["animations"].as_array().is_some_and(|list| !list.is_empty());
-    if let Value::Object(all) = &mut json {
-        all.remove("animations");
-    }
+    let animations = match json.as_object_mut().and_then(|all| all.remove("animations")) {
+        Some(Value::Array(animations)) => animations,
+        _ => Vec::new(),
+    };
     let nodes = json["nodes"].as_array().into_iter().flatten();
-    let to_parent = nodes.map(to_parent).collect();
+    let stances = nodes.map(stance).collect();
     add_planes(&mut json);
     let root = serde_json::from_value(json).map_err(damaged)?;
-    Ok(Document { root, to_parent, animated })
+    Ok(Document { root, stances, animations })
 }
 
 fn check_version(json: &mut Value) -> Result<(), Reason> {
@@ -93,17 +131,17 @@ fn add_planes(json: &mut Value) {
     }
 }
 
-fn to_parent(node: &Value) -> DAffine3 {
+fn stance(node: &Value) -> Stance {
     if let Some(matrix) = numbers(&node["matrix"]) {
-        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
+        return Stance::Matrix(DAffine3::from_mat4(DMat4::from_cols_array(&matrix)));
     }
     let vector = |key: &str| numbers(&node[key]).map(DVec3::from_array);
     let rotation = numbers(&node["rotation"]).map(|q| DQuat::from_array(q).normalize());
-    DAffine3::from_scale_rotation_translation(
-        vector("scale").unwrap_or(DVec3::ONE),
-        rotation.unwrap_or(DQuat::IDENTITY),
-        vector("translation").unwrap_or(DVec3::ZERO),
-    )
+    Stance::Parts(Parts {
+        scale: vector("scale").unwrap_or(DVec3::ONE),
+        rotation: rotation.unwrap_or(DQuat::IDENTITY),
+        translation: vector("translation").unwrap_or(DVec3::ZERO),
+    })
 }
 
 /// As many numbers as asked for. None: something else; the crate then says what.
@@ -115,6 +153,7 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DMat3;
 
     fn loosened(text: &str) -> String {
         let mut value = serde_json::from_str(text).unwrap();
@@ -134,8 +173,10 @@ mod tests {
         let text = r#"{"asset": {"version": "2.0"}, "nodes": [
             {"translation": [430000.3, -0.7, 5400000.1]},
             {"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 430000.3, -0.7, 5400000.1, 1]}]}"#;
-        for to_parent in parse(text.as_bytes()).unwrap().to_parent {
-            assert_eq!(to_parent.translation, DVec3::new(430_000.3, -0.7, 5_400_000.1));
+        for mut stance in parse(text.as_bytes()).unwrap().stances {
+            assert_eq!(stance.to_parent().translation, DVec3::new(430_000.3, -0.7, 5_400_000.1));
+            stance.parts_mut().scale = 2.0 * DVec3::ONE;
+            assert_eq!(stance.to_parent().matrix3, 2.0 * DMat3::IDENTITY);
         }
     }
 

@@ -2,6 +2,7 @@
 //! the user is told the same.
 
 use super::Reason;
+use super::unpack::{draco, meshopt};
 use serde_json::Value;
 
 /// What becomes of an extension.
@@ -13,7 +14,7 @@ pub(super) enum Standing {
     ToldWhereUsed,
     /// Told of each material that uses it, unless this factor is 0, its default.
     Factor(&'static str),
-    /// Its geometry cannot be read.
+    /// Its geometry cannot be read, as this program was built without what unpacks it.
     Packed,
 }
 
@@ -29,13 +30,13 @@ const KNOWN: &[(&str, Standing)] = &[
     ("KHR_materials_volume", Fine),
     ("KHR_mesh_quantization", Fine),
     ("KHR_texture_transform", Fine),
+    ("EXT_mesh_gpu_instancing", Fine),
     ("EXT_texture_webp", Fine),
     ("FB_ngon_encoding", Fine),
     ("KHR_animation_pointer", Fine),
     ("KHR_materials_variants", Fine),
     ("KHR_xmp", Fine),
     ("KHR_xmp_json_ld", Fine),
-    ("EXT_mesh_gpu_instancing", ToldWhereUsed),
     ("EXT_texture_avif", ToldWhereUsed),
     ("KHR_materials_pbrSpecularGlossiness", ToldWhereUsed),
     ("KHR_texture_basisu", ToldWhereUsed),
@@ -46,12 +47,10 @@ const KNOWN: &[(&str, Standing)] = &[
     ("KHR_materials_iridescence", Factor("iridescenceFactor")),
     ("KHR_materials_dispersion", Factor("dispersion")),
     ("KHR_materials_diffuse_transmission", Factor("diffuseTransmissionFactor")),
-    (DRACO, Packed),
-    ("EXT_meshopt_compression", Packed),
-    ("KHR_meshopt_compression", Packed),
+    (draco::NAME, if cfg!(feature = "draco") { Fine } else { Packed }),
+    (meshopt::NAMES[0], if cfg!(feature = "meshopt") { Fine } else { Packed }),
+    (meshopt::NAMES[1], if cfg!(feature = "meshopt") { Fine } else { Packed }),
 ];
-
-const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// What becomes of an extension; None: nobody here knows it.
 pub(super) fn standing(name: &str) -> Option<Standing> {
@@ -75,10 +74,12 @@ pub(super) fn check_packing(json: &Value) -> Result<(), Reason> {
         accessor.is_some_and(|i| json["accessors"][i].get("bufferView").is_none())
     };
     let packed = required.iter().find(|name| views().chain(primitives()).any(|thing| packs(thing, name)));
-    let draco = primitives().any(|primitive| packs(primitive, DRACO) && without_data(primitive));
-    match packed.copied().or(draco.then_some(DRACO)) {
+    let draco = standing(draco::NAME) == Some(Packed)
+        && primitives().any(|primitive| packs(primitive, draco::NAME) && without_data(primitive));
+    match packed.copied().or(draco.then_some(draco::NAME)) {
         Some(name) => Err(format!(
-            "its geometry is packed by {name}, which cannot be read yet; export it without compression"
+            "its geometry is packed by {name}, which this halflight was built without; build it with the default cargo features, \
+             or export without compression"
         )),
         None => Ok(()),
     }

@@ -4,7 +4,7 @@ use super::Reason;
 use super::notes::Notes;
 use crate::light::{Light, Matrix};
 use crate::scene::illumination::{matrix_from, square_from};
-use crate::scene::{Backs, Illumination};
+use crate::scene::{Backs, Illumination, Lens, Projection};
 use glam::Vec3;
 use serde_json::{Map, Value};
 
@@ -14,7 +14,8 @@ pub(super) enum Place {
     Scene,
     Material,
     Light,
-    /// A node, a mesh or a camera.
+    Camera,
+    /// A node or a mesh.
     Elsewhere,
 }
 
@@ -25,6 +26,9 @@ const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
 const BACKS: &str = "backs";
+const FSTOP: &str = "fstop";
+const APERTURE: &str = "aperture";
+const FOCUS: &str = "focus";
 /// Every key of ours with where it is read.
 const KEYS: &[(&str, &[Place], &str)] = &[
     (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
@@ -34,7 +38,13 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
     (BACKS, &[Place::Material], "materials"),
+    (FSTOP, &[Place::Camera], "cameras (not their objects)"),
+    (APERTURE, &[Place::Camera], "cameras (not their objects)"),
+    (FOCUS, &[Place::Camera], "cameras (not their objects)"),
 ];
+
+/// The height of the sensor that an f-number is meant for, m: that of a film of 36 × 24 mm.
+const SENSOR: f32 = 0.024;
 
 /// The extras of one thing.
 pub(super) struct Extras {
@@ -117,6 +127,39 @@ impl Extras {
             "unseen" => Some(Backs::Unseen),
             _ => None,
         })
+    }
+
+    /// `fstop` or `aperture`, and `focus`: the lens of a camera.
+    pub fn lens(&self, projection: Projection) -> Result<Option<Lens>, Reason> {
+        let above = |x: &f32| *x > 0.0;
+        let fstop = self.number(FSTOP, "a number above 0, such as 2.8", above)?;
+        let radius = self.number(APERTURE, "half the diameter of the lens, m, from 0 up", |x| *x >= 0.0)?;
+        let focus = self.number(FOCUS, "the distance of what is sharp, m, above 0", above)?;
+        let wrong = |what: &str| Err(format!("{}: extras {what}", self.owner));
+        let key = match (fstop, radius) {
+            (None, None) if focus.is_none() => return Ok(None),
+            (None, None) => {
+                return wrong("`focus` without `fstop` or `aperture`; add one of them, or leave it out");
+            }
+            (Some(_), Some(_)) => {
+                return wrong("`fstop` and `aperture` both say how wide the lens is; leave one out");
+            }
+            (Some(_), None) => FSTOP,
+            (None, Some(_)) => APERTURE,
+        };
+        let Projection::Perspective { yfov } = projection else {
+            return wrong(&format!("`{key}`: an orthographic camera has no lens; leave it out"));
+        };
+        let Some(focus) = focus else {
+            return wrong(&format!("`{key}` needs `focus`, the distance of what is sharp, m; add it"));
+        };
+        let focal_length = 0.5 * SENSOR / (0.5 * yfov).tan();
+        let radius = fstop.map(|fstop| 0.5 * focal_length / fstop).or(radius).unwrap_or(0.0);
+        Ok((radius > 0.0).then_some(Lens { radius, focus }))
+    }
+
+    fn number(&self, key: &str, allowed: &str, fits: impl Fn(&f32) -> bool) -> Result<Option<f32>, Reason> {
+        self.read(key, allowed, |value| Some(value.as_f64()? as f32).filter(|x| x.is_finite() && fits(x)))
     }
 
     /// `warn`: exponent and attenuation of eq. 24.
@@ -248,6 +291,40 @@ mod tests {
                 message.starts_with("material `M`: extras `") && message.contains("; write "),
                 "{message}"
             );
+        }
+    }
+
+    #[test]
+    fn a_lens_is_as_wide_as_its_f_number_or_radius_says() {
+        let lens = |json: &str, projection| {
+            let (extras, notes) = extras(json, Place::Camera);
+            assert!(notes.is_empty(), "{notes:?}");
+            extras.lens(projection)
+        };
+        // 50 mm on a film of 24 mm.
+        let normal = Projection::Perspective { yfov: 2.0 * (0.012_f32 / 0.05).atan() };
+        let Ok(Some(Lens { radius, focus: 3.0 })) = lens(r#"{"fstop": 2, "focus": 3}"#, normal) else {
+            panic!("a lens")
+        };
+        assert!((radius - 0.0125).abs() < 1e-7, "{radius}");
+        let wide = Ok(Some(Lens { radius: 0.1, focus: 2.5 }));
+        assert_eq!(lens(r#"{"aperture": 0.1, "focus": 2.5}"#, normal), wide);
+        assert_eq!(lens(r#"{"aperture": 0, "focus": 2.5}"#, normal), Ok(None));
+        assert_eq!(lens("{}", normal), Ok(None));
+        let orthographic = Projection::Orthographic { half_height: 1.0 };
+        let wrong = [
+            (r#"{"fstop": 2}"#, normal, "`fstop` needs `focus`"),
+            (r#"{"aperture": 2}"#, normal, "`aperture` needs `focus`"),
+            (r#"{"focus": 2}"#, normal, "without `fstop`"),
+            (r#"{"focus": 2, "aperture": 1, "fstop": 1}"#, normal, "leave one out"),
+            (r#"{"focus": 0, "fstop": 1}"#, normal, "above 0"),
+            (r#"{"focus": 1, "fstop": -1}"#, normal, "such as 2.8"),
+            (r#"{"focus": 1, "aperture": "wide"}"#, normal, "half the diameter"),
+            (r#"{"focus": 1, "fstop": 1}"#, orthographic, "orthographic camera has no lens"),
+        ];
+        for (json, projection, needle) in wrong {
+            let message = lens(json, projection).unwrap_err();
+            assert!(message.starts_with("material `M`: extras ") && message.contains(needle), "{message}");
         }
     }
 

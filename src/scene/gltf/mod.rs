@@ -4,6 +4,7 @@
 //! every reference is looked up with `get` and every byte range is checked here.
 
 mod accessor;
+mod animation;
 mod camera;
 mod container;
 mod count;
@@ -14,22 +15,27 @@ mod files;
 mod geometry;
 mod graph;
 mod image;
+mod instances;
 mod lights;
 mod material;
+mod morph;
 mod notes;
 mod parameters;
 mod skin;
 mod stage;
 mod tangents;
 mod texture;
+mod unpack;
+mod variants;
 
 use super::assembly::Assembly;
-use super::names::one_line;
-use super::{Choice, Loaded, Luminaire, Scene, SceneBuilder, Shape};
+use super::names::{listed, one_line};
+use super::{Choice, Loaded, Luminaire, SceneBuilder, Shape};
 use crate::error::Error;
 use accessor::Accessors;
-use document::Document;
-use extensions::standing;
+use animation::Weights;
+use document::{Document, Stance};
+use extensions::{Standing, standing};
 use extras::{Extras, Place};
 use geometry::Geometry;
 use glam::{DAffine3, DVec3, Vec3};
@@ -43,10 +49,14 @@ use material::{Materials, Wanted};
 use notes::{Notes, label};
 use skin::Posed;
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use unpack::draco::Most;
 
 /// What is wrong and the way out; the file's name goes before it.
 type Reason = String;
+
+/// Bytes that packed primitives may unpack to where nobody knows how much memory there is.
+const UNPACKED: u64 = 1 << 32;
 
 /// Reads what is chosen of a file, and says which files it is of.
 pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded> {
@@ -54,33 +64,50 @@ pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded>
     let name = one_line(&path.display().to_string());
     let folder = path.parent().unwrap_or(Path::new(""));
     match read(&bytes, folder, &name, choice) {
-        Ok((scene, mut files)) => {
-            files.push(path.to_owned());
-            Ok(Loaded { scene, files })
+        Ok(mut loaded) => {
+            loaded.files.push(path.to_owned());
+            Ok(loaded)
         }
         Err(reason) => Err(Error::scene(name, one_line(&reason))),
     }
 }
 
-fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Scene, Vec<PathBuf>), Reason> {
+fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Loaded, Reason> {
     let (json, chunk) = container::split(bytes)?;
-    let Document { root, to_parent, animated } = document::parse(json)?;
+    let Document { root, mut stances, animations } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
-    let accessors = Accessors { root: &root, buffers: &buffers };
+    let mut accessors = Accessors::new(&root, &buffers);
     let mut notes = Notes::default();
 
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let mut scene = SceneBuilder::new(name);
     scene.illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
+    let weights = match &choice.pose {
+        Some(pose) => animation::strike(&accessors, &animations, pose, &mut stances, &mut notes)?,
+        None => Weights::new(),
+    };
+    let animations = animation::names(&animations);
+    let to_parent: Vec<DAffine3> = stances.into_iter().map(Stance::to_parent).collect();
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
-    count::check(&root, &placed, choice.max_triangles, crate::machine::memory().map(|left| left.bytes))?;
-    if animated {
-        notes.line("animations are not supported; the scene is seen at rest".into());
+    let memory = crate::machine::memory().map(|left| left.bytes);
+    count::check(&accessors, &placed, choice.max_triangles, memory)?;
+    let most = Most { triangles: choice.max_triangles, bytes: memory.map_or(UNPACKED, |there| there / 2) };
+    if accessors.unpack(&placed, most)? {
+        count::check(&accessors, &placed, choice.max_triangles, memory)?;
+    }
+    if choice.pose.is_none() && !animations.is_empty() {
+        let known = listed(animations.iter().map(String::as_str));
+        notes.line(format!(
+            "is seen at rest; --pose [NAME:]SECONDS shows it as an animation has it then: {known}"
+        ));
     }
     report(&root, &placed, &mut notes);
+    let variants = variants::names(&root);
+    let variant = variants::choose(&variants, choice.variant.as_deref(), &mut notes)?;
 
     let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
-    scene.shapes = shapes(&accessors, &placed, &mut materials, &mut notes)?;
+    let form = Form { weights, variant };
+    scene.shapes = shapes(&accessors, &placed, &form, &mut materials, &mut notes)?;
     scene.materials = materials.finish(&mut notes);
     let wanted = choice.camera.as_deref();
     let mut assembly = scene.assemble(camera::eye(&root, &placed, wanted))?;
@@ -101,7 +128,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Sce
     }
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
     scene.notes = notes.finish();
-    Ok((scene.finish(assembly, camera), files::named(&root, folder)))
+    let files = files::named(&root, folder);
+    Ok(Loaded { scene: scene.finish(assembly, camera), files, variants, animations })
 }
 
 /// Adds the lights to the triangles that shine; there is one or the other.
@@ -139,10 +167,19 @@ fn with_losses(reason: Reason, notes: Notes) -> Reason {
     if others.is_empty() { reason } else { format!("{reason}. Besides: {}", others.join("; ")) }
 }
 
-/// One shape per primitive under each node.
+/// What meshes look like beside what they say themselves.
+struct Form {
+    /// Of morph targets, where an animation has a say.
+    weights: Weights,
+    /// Which variant of its material a primitive has.
+    variant: Option<usize>,
+}
+
+/// One shape per primitive under each node, or per copy of it.
 fn shapes(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
+    form: &Form,
     materials: &mut Materials<'_>,
     notes: &mut Notes,
 ) -> Result<Vec<Shape>, Reason> {
@@ -154,9 +191,14 @@ fn shapes(
         let Some(index) = place.node.mesh.map(|mesh| mesh.value()) else { continue };
         let missing = || format!("{}: its mesh {index} does not exist; export it again", place.label());
         let mesh = accessors.root.meshes.get(index).ok_or_else(missing)?;
+        let copies =
+            if mesh.primitives.is_empty() { Vec::new() } else { instances::places(accessors, place)? };
+        let at_rest = || morph::weights_at_rest(place.node, mesh);
+        let weights = form.weights.get(&place.index).cloned().unwrap_or_else(at_rest);
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let mesh_label = label("mesh", index, mesh.name.as_deref());
-            let material = primitive.material.map(|material| material.value());
+            let material = variants::material(primitive, form.variant)
+                .or_else(|| primitive.material.map(|material| material.value()));
             let needs = materials.needs(material, notes)?;
             let geometry = match read.entry((index, number)) {
                 std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
@@ -170,8 +212,9 @@ fn shapes(
                 continue;
             };
             let name = place.name();
-            let posed = pose(accessors, primitive, geometry, place, &places, notes)
-                .map_err(|what| format!("{mesh_label}: {what}"))?;
+            let named = |what: Reason| format!("{mesh_label}: {what}");
+            let morphed = morph::morph(accessors, primitive, geometry, &weights).map_err(named)?;
+            let geometry = morphed.as_ref().unwrap_or(geometry);
             if needs.colours && geometry.colours.is_none() && has_colours(primitive) {
                 notes.about("vertex colours that are no shares of light are left out", &name);
             }
@@ -184,7 +227,10 @@ fn shapes(
             let colours = geometry.colours();
             let wanted = Wanted { material, closure: geometry.closure, colours, surface: &name };
             let material = materials.index(wanted, notes)?;
-            shapes.push(shape(geometry, posed, name, material));
+            for to_world in &copies {
+                let posed = pose(accessors, primitive, geometry, (place, *to_world), &places, notes);
+                shapes.push(shape(geometry, posed.map_err(named)?, name.clone(), material));
+            }
         }
     }
     Ok(shapes)
@@ -195,7 +241,7 @@ fn pose(
     accessors: &Accessors<'_>,
     primitive: &Primitive,
     geometry: &Geometry,
-    place: &Placed<'_>,
+    (place, to_world): (&Placed<'_>, DAffine3),
     places: &HashMap<usize, DAffine3>,
     notes: &mut Notes,
 ) -> Result<Posed, Reason> {
@@ -207,10 +253,10 @@ fn pose(
             }
         }
     }
-    let linear = place.to_world.matrix3;
+    let linear = to_world.matrix3;
     let normals = geometry.normals.as_ref();
     Ok(Posed {
-        positions: geometry.positions.iter().map(|p: &DVec3| place.to_world.transform_point3(*p)).collect(),
+        positions: geometry.positions.iter().map(|p: &DVec3| to_world.transform_point3(*p)).collect(),
         normals: normals.map(|normals| normals.iter().map(|n| skin::turn_normal(linear, *n)).collect()),
         tangents: geometry
             .tangents
@@ -245,17 +291,13 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
         if node.extensions.as_ref().is_none_or(|e| e.khr_lights_punctual.is_none()) {
             Extras::new(&node.extras, place.label(), Place::Elsewhere, notes);
         }
-        for (name, _) in node.extensions.iter().flat_map(|e| &e.others) {
+        let others = node.extensions.iter().flat_map(|e| &e.others);
+        for (name, _) in others.filter(|(name, _)| standing(name) != Some(Standing::Fine)) {
             told.insert(name.as_str());
             notes.about(&format!("{name} is not supported"), &place.name());
         }
         let Some(mesh) = node.mesh.and_then(|mesh| root.meshes.get(mesh.value())) else { continue };
         Extras::new(&mesh.extras, format!("mesh of {}", place.label()), Place::Elsewhere, notes);
-        let weights = node.weights.as_ref().or(mesh.weights.as_ref());
-        let morphs = mesh.primitives.iter().any(|p| p.targets.as_ref().is_some_and(|t| !t.is_empty()));
-        if morphs && weights.is_some_and(|weights| weights.iter().any(|w| *w != 0.0)) {
-            notes.about("morph targets are not supported, the mesh is seen undeformed", &place.name());
-        }
     }
     let all: BTreeSet<&String> = root.extensions_used.iter().chain(&root.extensions_required).collect();
     for name in all.into_iter().filter(|name| standing(name).is_none() && !told.contains(name.as_str())) {
