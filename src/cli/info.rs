@@ -231,6 +231,19 @@ fn lobe_in_words(lobe: &Lobe) -> String {
         Lobe::Mirror(lobe) => format!("mirror {}, {}", colour(lobe.tint), sides(lobe.two_sided)),
         Lobe::Dielectric(lobe) => format!("solid glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
         Lobe::ThinDielectric(lobe) => format!("thin glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
+        Lobe::RoughDielectric(lobe) => {
+            let (rough, tint) = (number(f64::from(lobe.alpha.sqrt())), colour(lobe.tint));
+            format!("solid glass, index {}, roughness {rough}, tint {tint}", lobe.ior)
+        }
+        Lobe::RoughThin(lobe) => {
+            let (rough, tint) = (number(f64::from(lobe.alpha.sqrt())), colour(lobe.tint));
+            format!("thin glass, index {}, roughness {rough}, tint {tint}", lobe.ior)
+        }
+        Lobe::Sheen(lobe) => {
+            let rough = number(f64::from(lobe.alpha.sqrt()));
+            format!("sheen {}, roughness {rough}, {}", colour(lobe.colour), sides(lobe.two_sided))
+        }
+        Lobe::Translucent(lobe) => format!("translucent {}", colour(lobe.colour)),
         Lobe::Glossy(lobe) => {
             let [along, across] = lobe.alpha.map(|alpha| number(f64::from(alpha.sqrt())));
             let rough = if along == across { along } else { format!("{along} by {across}") };

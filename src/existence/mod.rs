@@ -216,6 +216,11 @@ fn kept(material: &Material, channel: usize) -> String {
                 }
                 Lobe::Mirror(lobe) => format!("mirror {:.2}, {}", lobe.tint[channel], sides(lobe.two_sided)),
                 Lobe::Dielectric(_) | Lobe::ThinDielectric(_) => "glass".into(),
+                Lobe::RoughDielectric(_) | Lobe::RoughThin(_) => "rough glass".into(),
+                Lobe::Sheen(lobe) => {
+                    format!("sheen {:.2}, {}", lobe.colour[channel], sides(lobe.two_sided))
+                }
+                Lobe::Translucent(lobe) => format!("translucent {:.2}", lobe.colour[channel]),
                 Lobe::Glossy(lobe) => {
                     format!("glossy {:.2}, {}", lobe.average()[channel], sides(lobe.two_sided))
                 }

@@ -177,7 +177,7 @@ fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
 }
 
 /// Nodes in [0, 1] and their weights.
-fn gauss(panels: u32) -> impl Iterator<Item = (f64, f64)> {
+pub(super) fn gauss(panels: u32) -> impl Iterator<Item = (f64, f64)> {
     let n = f64::from(panels);
     let nodes = move |panel: u32| GAUSS.map(|(node, weight)| ((f64::from(panel) + node) / n, weight / n));
     (0..panels).flat_map(nodes)
@@ -207,13 +207,13 @@ fn lost(facets: &Ggx, wo: DVec3, wi: DVec3) -> f64 {
 }
 
 /// The node below and how far on it is to the next; `x` in [0, 1].
-fn place(x: f32, nodes: usize) -> (usize, f32) {
+pub(super) fn place(x: f32, nodes: usize) -> (usize, f32) {
     let x = x.clamp(0.0, 1.0) * (nodes - 1) as f32;
     let i = (x as usize).min(nodes - 2);
     (i, x - i as f32)
 }
 
-fn lerp(a: f32, b: f32, t: f32) -> f32 {
+pub(super) fn lerp(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
 }
 

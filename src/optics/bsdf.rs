@@ -1,5 +1,8 @@
-use super::smooth;
-use super::{Dielectric, Diffuse, Glossy, Mirror, Normals, Pdf, Sample, ThinDielectric, Transport};
+use super::{
+    Dielectric, Diffuse, Glossy, Mirror, Normals, Pdf, RoughDielectric, RoughThin, Sample, Sheen,
+    ThinDielectric, Translucent, Transport,
+};
+use super::{rough, smooth};
 use crate::light::Matrix;
 use glam::Vec3;
 
@@ -17,14 +20,27 @@ pub enum Lobe {
     ThinDielectric(ThinDielectric),
     /// A rough mirror.
     Glossy(Glossy),
+    /// A rough interface of a solid.
+    RoughDielectric(RoughDielectric),
+    /// A rough thin pane.
+    RoughThin(RoughThin),
+    /// Fibres that stand up.
+    Sheen(Sheen),
+    /// Lambert's law on the other side.
+    Translucent(Translucent),
 }
 
 impl Lobe {
     /// True for lobes that send light into single directions: [`eval`](Self::eval) is zero, only sampling sees them.
     pub fn is_delta(&self) -> bool {
         match self {
-            Self::Diffuse(_) | Self::Glossy(_) => false,
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => true,
+            Self::RoughDielectric(lobe) => lobe.is_nothing(),
+            Self::Diffuse(_)
+            | Self::Glossy(_)
+            | Self::RoughThin(_)
+            | Self::Sheen(_)
+            | Self::Translucent(_) => false,
         }
     }
 
@@ -33,7 +49,9 @@ impl Lobe {
     pub fn as_diffuse(&self) -> Option<&Diffuse> {
         match self {
             Self::Diffuse(lobe) => Some(lobe),
-            Self::Glossy(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+            Self::Glossy(_) | Self::RoughDielectric(_) | Self::RoughThin(_) => None,
+            Self::Sheen(_) | Self::Translucent(_) => None,
         }
     }
 
@@ -42,13 +60,19 @@ impl Lobe {
         self.as_diffuse().is_some_and(|lobe| lobe.under.is_none())
     }
 
-    /// BSDF value in sr⁻¹ of light from `to` that is seen from `from`, cosine not included; symmetric where the two
-    /// normals are the same. Zero for delta lobes.
+    /// BSDF value in sr⁻¹ of light from `to` that is seen from `from` (as radiance: through an interface it scales by η²),
+    /// cosine not included; symmetric where the two normals are the same and nothing is refracted. Zero for delta lobes.
     pub fn eval(&self, normals: &Normals, from: Vec3, to: Vec3) -> Vec3 {
         match self {
             Self::Diffuse(lobe) => lobe.eval(normals, from, to),
-            Self::Glossy(lobe) => lobe.eval(normals, from, to),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ZERO,
+            Self::Translucent(lobe) => lobe.eval(normals, from, to),
+            Self::Glossy(lobe) => rough::eval(lobe, normals, from, to),
+            Self::RoughDielectric(lobe) if !lobe.is_nothing() => rough::eval(lobe, normals, from, to),
+            Self::RoughThin(lobe) => rough::eval(lobe, normals, from, to),
+            Self::Sheen(lobe) => rough::eval(lobe, normals, from, to),
+            Self::RoughDielectric(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => {
+                Vec3::ZERO
+            }
         }
     }
 
@@ -57,8 +81,12 @@ impl Lobe {
     pub fn pdf(&self, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(normals, from, to),
-            Self::Glossy(lobe) => lobe.pdf(normals, from, to),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => 0.0,
+            Self::Translucent(lobe) => lobe.pdf(normals, from, to),
+            Self::Glossy(lobe) => rough::pdf(lobe, normals, from, to),
+            Self::RoughDielectric(lobe) if !lobe.is_nothing() => rough::pdf(lobe, normals, from, to),
+            Self::RoughThin(lobe) => rough::pdf(lobe, normals, from, to),
+            Self::Sheen(lobe) => rough::pdf(lobe, normals, from, to),
+            Self::RoughDielectric(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => 0.0,
         }
     }
 
@@ -66,8 +94,16 @@ impl Lobe {
     pub fn sample(&self, normals: &Normals, from: Vec3, transport: Transport, u: [f32; 3]) -> Option<Sample> {
         match self {
             Self::Diffuse(lobe) => lobe.sample(normals, from, transport, u),
-            Self::Glossy(lobe) => lobe.sample(normals, from, transport, u),
-            _ => smooth::choose(self.branches(normals, from, transport), u[2]),
+            Self::Translucent(lobe) => lobe.sample(normals, from, transport, u),
+            Self::Glossy(lobe) => rough::sample(lobe, normals, from, transport, u),
+            Self::RoughDielectric(lobe) if !lobe.is_nothing() => {
+                rough::sample(lobe, normals, from, transport, u)
+            }
+            Self::RoughThin(lobe) => rough::sample(lobe, normals, from, transport, u),
+            Self::Sheen(lobe) => rough::sample(lobe, normals, from, transport, u),
+            Self::RoughDielectric(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => {
+                smooth::choose(self.branches(normals, from, transport), u[2])
+            }
         }
     }
 
@@ -75,16 +111,21 @@ impl Lobe {
     /// `weight` times the probability is what the lobe passes on. None for finite lobes.
     pub fn branches(&self, normals: &Normals, from: Vec3, transport: Transport) -> [Option<Sample>; 4] {
         match self {
-            Self::Diffuse(_) | Self::Glossy(_) => [None; 4],
-            _ if !self.responds(normals, from) => [None; 4],
+            _ if !self.is_delta() || !self.responds(normals, from) => [None; 4],
             Self::Mirror(lobe) => smooth::branches(lobe, normals, from, transport),
             // Nothing is there that could bend light or reflect it, whatever the normals are.
-            Self::Dielectric(Dielectric { ior: 1.0, tint }) => {
+            Self::Dielectric(Dielectric { ior: 1.0, tint })
+            | Self::RoughDielectric(RoughDielectric { tint, .. }) => {
                 let straight = Sample { to: -from, weight: *tint, pdf: Pdf::Delta(1.0), geometric: true };
                 [Some(straight), None, None, None]
             }
             Self::Dielectric(lobe) => smooth::branches(lobe, normals, from, transport),
             Self::ThinDielectric(lobe) => smooth::branches(lobe, normals, from, transport),
+            Self::Diffuse(_)
+            | Self::Glossy(_)
+            | Self::RoughThin(_)
+            | Self::Sheen(_)
+            | Self::Translucent(_) => [None; 4],
         }
     }
 
@@ -92,7 +133,9 @@ impl Lobe {
     pub fn albedo(&self) -> Vec3 {
         match self {
             Self::Diffuse(Diffuse { albedo, under: Some(layers), .. }) => layers.average() * *albedo,
+            Self::Translucent(Translucent { colour, under: Some(layers) }) => layers.average() * *colour,
             Self::Glossy(lobe) => lobe.average(),
+            Self::Sheen(lobe) => Sheen::average(lobe.alpha) * lobe.colour,
             _ => self.bound(),
         }
     }
@@ -102,17 +145,23 @@ impl Lobe {
     pub fn share(&self, normals: &Normals, from: Vec3) -> Vec3 {
         match self {
             Self::Diffuse(lobe) if lobe.under.is_some() => lobe.share(normals, from),
+            Self::Translucent(lobe) if lobe.under.is_some() => lobe.turned().share(normals, from),
             Self::Glossy(lobe) => lobe.share(normals, from),
+            Self::Sheen(lobe) => lobe.share(normals, from),
             _ => self.bound(),
         }
     }
 
-    /// The square root of the smaller GGX roughness, which is a material's. None for lobes that have none: delta lobes,
-    /// Lambert's.
+    /// How rough the lobe is, as a material says it: the square root of the (smaller) α. None for lobes that have none: delta
+    /// lobes, and those that follow Lambert.
     pub fn roughness(&self) -> Option<f32> {
         match self {
             Self::Glossy(lobe) => Some(lobe.alpha[0].min(lobe.alpha[1]).sqrt()),
-            Self::Diffuse(_) | Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
+            Self::RoughDielectric(lobe) if !lobe.is_nothing() => Some(lobe.alpha.sqrt()),
+            Self::RoughThin(lobe) => Some(lobe.alpha.sqrt()),
+            Self::Sheen(lobe) => Some(lobe.alpha.sqrt()),
+            Self::Diffuse(_) | Self::Translucent(_) | Self::RoughDielectric(_) => None,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
         }
     }
 
@@ -123,7 +172,10 @@ impl Lobe {
             Self::Diffuse(lobe) => lobe.albedo,
             Self::Mirror(lobe) => lobe.tint,
             Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ONE,
+            Self::RoughDielectric(_) | Self::RoughThin(_) => Vec3::ONE,
             Self::Glossy(lobe) => lobe.f0.max(lobe.f90),
+            Self::Sheen(lobe) => lobe.colour,
+            Self::Translucent(lobe) => lobe.colour,
         }
     }
 
@@ -133,6 +185,8 @@ impl Lobe {
             Self::Diffuse(lobe) => lobe.two_sided,
             Self::Mirror(lobe) => lobe.two_sided,
             Self::Glossy(lobe) => lobe.two_sided,
+            Self::Sheen(lobe) => lobe.two_sided,
+            Self::RoughDielectric(_) | Self::RoughThin(_) | Self::Translucent(_) => true,
             Self::Dielectric(_) | Self::ThinDielectric(_) => true,
         }
     }

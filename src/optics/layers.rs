@@ -1,4 +1,4 @@
-use super::albedo;
+use super::{Sheen, albedo};
 
 /// A layer that reflects as [`Glossy`](super::Glossy) does and lets all the rest through.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,15 @@ impl Clear {
     }
 }
 
+/// Fibres above all else: a [`Sheen`] of one number for its colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Velvet {
+    /// The largest of the sheen's colours, in [0, 1].
+    pub weight: f32,
+    /// Its α.
+    pub alpha: f32,
+}
+
 /// What lies over a lobe: what one layer reflects does not reach what is below.
 ///
 /// Of light that comes at cosine μ the share T(μ) = Π (1 − E(μ)) passes. A [`Diffuse`](super::Diffuse) below is seen as
@@ -36,12 +45,13 @@ impl Clear {
 pub struct Layers {
     pub(crate) clear: Option<Clear>,
     pub(crate) coat: Option<Clear>,
+    pub(crate) sheen: Option<Velvet>,
     pub(crate) average: f32,
 }
 
 impl Layers {
     /// Nothing at all.
-    pub const NONE: Self = Self { clear: None, coat: None, average: 1.0 };
+    pub const NONE: Self = Self { clear: None, coat: None, sheen: None, average: 1.0 };
 
     /// With a layer that reflects as the material's own [`Glossy`](super::Glossy) does.
     pub fn with_clear(self, clear: Clear) -> Self {
@@ -53,10 +63,19 @@ impl Layers {
         Self { coat: Some(coat), ..self }.averaged()
     }
 
+    /// With fibres above.
+    pub fn with_sheen(self, sheen: Velvet) -> Self {
+        Self { sheen: Some(sheen), ..self }.averaged()
+    }
+
     /// The share of light at cosine `mu` in [0, 1] that passes all layers once.
     pub fn transmission(&self, mu: f32) -> f32 {
         let layers = [self.clear, self.coat];
-        layers.iter().flatten().map(|layer| passed(layer.albedo(mu))).product()
+        let below: f32 = layers.iter().flatten().map(|layer| passed(layer.albedo(mu))).product();
+        match self.sheen {
+            Some(Velvet { weight, alpha }) => below * passed(weight * Sheen::albedo(mu, alpha)),
+            None => below,
+        }
     }
 
     /// T(μ) / T̄: what leaves at cosine `mu` of light that is scattered below, over what of it leaves at all.
@@ -71,9 +90,9 @@ impl Layers {
     }
 
     fn averaged(self) -> Self {
-        let average = match (self.clear, self.coat) {
-            (None, None) => 1.0,
-            (Some(one), None) | (None, Some(one)) => passed(one.average()),
+        let average = match (self.clear, self.coat, self.sheen) {
+            (None, None, None) => 1.0,
+            (Some(one), None, None) | (None, Some(one), None) => passed(one.average()),
             _ => albedo::cosine_weighted(|mu| self.transmission(mu)),
         };
         Self { average, ..self }

@@ -3,7 +3,6 @@
 //! Everything is in double precision and written in tangents, so that roughnesses down to 10⁻⁶ are right to the last bit of
 //! the directions given: slopes of 10⁻⁶ are told by what two unit vectors have left when they almost cancel.
 
-use super::Normals;
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -34,19 +33,6 @@ impl Frame {
     pub(super) fn world(&self, local: DVec3) -> Vec3 {
         (local.x * self.x + local.y * self.y + local.z * self.z).as_vec3()
     }
-}
-
-/// The normal, on the side of `wo`, about which what is seen from `wo` was turned: the shading normal, but where its mirror
-/// direction lies behind the real surface, or `wo` behind it, the geometric one.
-pub(super) fn turning_normal(normals: &Normals, wo: Vec3) -> Vec3 {
-    let side = if normals.is_front(wo) { 1.0 } else { -1.0 };
-    let (geometric, shading) = (side * normals.geometric, side * normals.shading);
-    if geometric == shading {
-        return shading;
-    }
-    let cos = wo.dot(shading);
-    let mirrored = 2.0 * cos * shading.dot(geometric) - wo.dot(geometric);
-    if cos > 0.0 && mirrored > 0.0 { shading } else { geometric }
 }
 
 /// Facets of the GGX distribution: slopes as of an ellipsoid.

@@ -19,18 +19,27 @@ mod layers;
 mod microfacet;
 mod mirror;
 mod normals;
+mod rough;
+mod rough_dielectric;
+mod rough_thin;
+mod sheen;
 mod smooth;
 mod thin_dielectric;
+mod translucent;
 
 pub use bsdf::{Bsdf, Lobe, Term};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use fresnel::{dispersed, fresnel_dielectric, refract};
 pub use glossy::Glossy;
-pub use layers::{Clear, Layers};
+pub use layers::{Clear, Layers, Velvet};
 pub use mirror::Mirror;
 pub use normals::Normals;
+pub use rough_dielectric::RoughDielectric;
+pub use rough_thin::RoughThin;
+pub use sheen::Sheen;
 pub use thin_dielectric::ThinDielectric;
+pub use translucent::Translucent;
 
 use glam::Vec3;
 

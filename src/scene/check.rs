@@ -37,6 +37,10 @@ fn check_material(material: &Material) -> Result<(), Reason> {
             Lobe::Dielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::ThinDielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::Glossy(lobe) => (lobe.f0.max(lobe.f90), 1.0),
+            Lobe::RoughDielectric(lobe) => (lobe.tint, lobe.ior),
+            Lobe::RoughThin(lobe) => (lobe.tint, lobe.ior),
+            Lobe::Sheen(lobe) => (lobe.colour, 1.0),
+            Lobe::Translucent(lobe) => (lobe.colour, 1.0),
         };
         if !is_amount(*share) || !is_colour(colour) {
             return Err(format!("{lobe:?} with share {share} is negative or not finite"));

@@ -8,7 +8,10 @@ use super::{
     Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
-use crate::optics::{Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, Term, ThinDielectric};
+use crate::optics::{
+    Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, RoughDielectric, RoughThin, Sheen, Term,
+    ThinDielectric, Translucent, Velvet,
+};
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -170,7 +173,12 @@ fields! {
     Term { coefficient, lobe }
     Glossy { f0, f90, alpha, tangent, two_sided, under }
     Clear { f0, f90, alpha }
-    Layers { clear, coat; average }
+    RoughDielectric { ior, alpha, tint }
+    RoughThin { ior, alpha, tint }
+    Sheen { colour, alpha, two_sided }
+    Translucent { colour, under }
+    Layers { clear, coat, sheen; average }
+    Velvet { weight, alpha }
     Light { invisible, visible }
     SpotCone { inner, outer }
     Lens { radius, focus }
@@ -282,6 +290,10 @@ impl Fields for Lobe {
             Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
             Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),
             Self::Glossy(lobe) => (4_u32, lobe).feed(fnv),
+            Self::RoughDielectric(lobe) => (6_u32, lobe).feed(fnv),
+            Self::RoughThin(lobe) => (7_u32, lobe).feed(fnv),
+            Self::Sheen(lobe) => (8_u32, lobe).feed(fnv),
+            Self::Translucent(lobe) => (9_u32, lobe).feed(fnv),
         }
     }
 }
