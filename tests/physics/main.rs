@@ -20,3 +20,4 @@ mod omissions;
 mod online_error;
 mod pilot;
 mod square;
+mod textures;
