@@ -14,6 +14,8 @@ use glam::Vec3;
 pub struct Memory {
     /// Triangles, vertices, normals.
     pub scene: usize,
+    /// The images of textures, with their smaller versions.
+    pub textures: usize,
     /// The index of triangles, that of shadow casters, and the rims of surfaces.
     pub index: usize,
     /// Sums over passes.
@@ -43,6 +45,7 @@ impl Memory {
         let photons = stored * (2 * photon + 16 + 12 + 16) as f64;
         Self {
             scene: plan.scene.mesh.bytes(),
+            textures: plan.scene.image_bytes(),
             index: plan.index_bytes(),
             photons: photons as usize,
             planning: PER_TRIANGLE * plan.scene.mesh.triangles.len(),
@@ -71,8 +74,8 @@ impl Memory {
 
     /// The most that is held at the same time.
     pub fn total(self) -> usize {
-        let Self { scene, index, film, atlas, photons, pass, planning } = self;
-        PROGRAM + scene + film + planning.max(index + atlas + photons + pass)
+        let Self { scene, textures, index, film, atlas, photons, pass, planning } = self;
+        PROGRAM + scene + textures + film + planning.max(index + atlas + photons + pass)
     }
 
     /// Why there is not enough, in one line; None where there is, or no limit is known.

@@ -5,16 +5,19 @@ use super::plan::existence_as_json;
 use super::scene_args::SceneArgs;
 use crate::error::Result;
 use crate::light::{Light, Matrix};
+use crate::memory::words as bytes;
 use crate::optics::Lobe;
 use crate::plan::{Existence, Plan, Settings};
 use crate::scene::names::clean;
-use crate::scene::{Backs, Loaded, Luminaire, Material, Projection, Scene};
+use crate::scene::texture::{Encoding, Image};
+use crate::scene::{Backs, Loaded, Luminaire, Material, Pbr, Projection, Scene};
 use clap::Args;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 #[derive(Args)]
 pub struct InfoArgs {
@@ -100,6 +103,9 @@ impl<'a> Info<'a> {
                 extent.area
             ));
         }
+        for image in self.images() {
+            line(format_args!("texture {}", image.words()));
+        }
         for (what, power) in &self.luminaires {
             let [invisible, visible] = [power.invisible, power.visible].map(sum);
             line(format_args!("light: {what}, {invisible:.4} W invisible, {visible:.4} W visible"));
@@ -137,6 +143,21 @@ impl<'a> Info<'a> {
         )
     }
 
+    /// The images of textures, and what shows each.
+    fn images(&self) -> Vec<Shown<'a>> {
+        let shows = |image: &'a Arc<Image>| {
+            let mut users = Vec::new();
+            for material in &self.scene.materials {
+                let named = material.pattern.iter().flat_map(|pattern| pattern.named_textures());
+                let of_it = named.filter(|(_, texture)| Arc::ptr_eq(&texture.image, image));
+                users.extend(of_it.map(|(what, _)| format!("{what} of {}", clean(&material.name))));
+            }
+            users.dedup();
+            Shown { image, users }
+        };
+        self.scene.images().into_iter().map(shows).collect()
+    }
+
     fn json(&self) -> Value {
         let scene = self.scene;
         let array = |v: DVec3| v.to_array();
@@ -145,6 +166,7 @@ impl<'a> Info<'a> {
             let bsdf = material.bsdf();
             json!({
                 "name": material.name, "illumination": material.resolved(),
+                "varies_by": material.pattern.as_deref().map(varies_by).unwrap_or_default(),
                 "lobes": material.lobes.iter().map(|(share, lobe)| json!({ "share": share, "lobe": lobe_in_words(lobe) })).collect::<Vec<_>>(),
                 "terms": bsdf.terms.iter().map(|term| json!({ "opaque": term.coefficient.rows(), "lobe": lobe_in_words(&term.lobe) })).collect::<Vec<_>>(),
                 "straight": bsdf.straight.rows(),
@@ -169,6 +191,7 @@ impl<'a> Info<'a> {
                 "lens": scene.camera.lens.map(|lens| json!({ "radius": lens.radius, "focus": lens.focus })), "words": self.camera(),
             },
             "materials": scene.materials.iter().zip(&self.extents).map(material).collect::<Vec<_>>(),
+            "textures": self.images().iter().map(Shown::json).collect::<Vec<_>>(),
             "luminaires": self.luminaires.iter().map(light).collect::<Vec<_>>(),
             "multiplication_factor": existence_as_json(&self.existence),
             "variants": self.variants,
@@ -176,6 +199,45 @@ impl<'a> Info<'a> {
             "notes": scene.notes,
         })
     }
+}
+
+/// An image and what shows it.
+struct Shown<'a> {
+    image: &'a Image,
+    users: Vec<String>,
+}
+
+/// More users of an image than these are counted.
+const MOST_USERS: usize = 4;
+
+impl Shown<'_> {
+    fn words(&self) -> String {
+        let [width, height] = self.image.size();
+        let kind = match self.image.encoding() {
+            Encoding::Colour => "colours",
+            Encoding::Data => "numbers",
+        };
+        let mut users = self.users.iter().take(MOST_USERS).cloned().collect::<Vec<_>>().join(", ");
+        if self.users.len() > MOST_USERS {
+            users = format!("{users} and {} more", self.users.len() - MOST_USERS);
+        }
+        let (channels, bytes) = (counted(self.image.channels(), "channel"), bytes(self.image.bytes() as f64));
+        format!("{}: {width} × {height}, {kind} of {channels}, {bytes}; {users}", clean(self.image.name()))
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "name": self.image.name(), "size": self.image.size(), "channels": self.image.channels(),
+            "colours": self.image.encoding() == Encoding::Colour, "bytes": self.image.bytes(), "shown_as": self.users,
+            "mean": self.image.mean().to_array(),
+        })
+    }
+}
+
+/// What makes a material look different from place to place.
+fn varies_by(pattern: &Pbr) -> Vec<&'static str> {
+    let colours = pattern.vertex_colours.is_some().then_some("vertex colours");
+    pattern.named_textures().map(|(what, _)| what).chain(colours).collect()
 }
 
 /// What shines and its power, triangles of one material together.
@@ -215,6 +277,10 @@ fn matter(material: &Material) -> String {
     };
     let lobes: Vec<String> = material.lobes.iter().map(lobe).collect();
     let lobes = if lobes.is_empty() { "reflects nothing".into() } else { lobes.join(" + ") };
+    let lobes = match material.pattern.as_deref() {
+        None => lobes,
+        Some(pattern) => format!("up to {lobes}, varies by {}", varies_by(pattern).join(", ")),
+    };
     let bsdf = material.bsdf();
     let opaque =
         bsdf.terms.first().map_or(String::new(), |term| format!(", opaque {}", matrix(term.coefficient)));

@@ -73,8 +73,12 @@ fn as_text(
     let memory = forecast.memory;
     let atlas =
         if memory.atlas > 0 { format!("atlas {}, ", bytes(memory.atlas as f64)) } else { String::new() };
+    let textures = match memory.textures {
+        0 => String::new(),
+        held => format!("textures {}, ", bytes(held as f64)),
+    };
     text.push_str(&format!(
-        "memory: about {} (planning {}; scene {}, index {}, film {}, {atlas}photons {}, pass {})\n",
+        "memory: about {} (planning {}; scene {}, {textures}index {}, film {}, {atlas}photons {}, pass {})\n",
         bytes(memory.total() as f64),
         bytes(memory.planning as f64),
         bytes(memory.scene as f64),
@@ -146,7 +150,7 @@ fn as_json(
         "techniques": techniques,
         "omissions": omissions_as_json(plan, savings),
         "memory_bytes": {
-            "total": memory.total(), "scene": memory.scene, "index": memory.index, "film": memory.film, "atlas": memory.atlas,
+            "total": memory.total(), "scene": memory.scene, "textures": memory.textures, "index": memory.index, "film": memory.film, "atlas": memory.atlas,
             "photons": memory.photons, "pass": memory.pass, "planning": memory.planning,
             "limit": machine::memory().map(|limit| limit.bytes),
         },

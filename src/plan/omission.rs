@@ -26,6 +26,8 @@ pub enum Omittable {
     Media,
     /// Lobes that reflect nothing that is read.
     Lobes,
+    /// Textures that nothing which is read depends on.
+    Textures,
     /// Light of luminaires that nothing reads.
     Luminaires,
     /// Visibility queries of connections.
@@ -50,13 +52,14 @@ pub enum Omittable {
 
 impl Omittable {
     /// All of them, in the order in which plans look at them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Materials,
         Self::Matter,
         Self::Normals,
         Self::Media,
         Self::Existence,
         Self::Lobes,
+        Self::Textures,
         Self::Luminaires,
         Self::AllHits,
         Self::Visibility,
@@ -78,6 +81,7 @@ impl Omittable {
             Self::Normals => "normals",
             Self::Media => "media",
             Self::Lobes => "lobes",
+            Self::Textures => "textures",
             Self::Luminaires => "luminaires",
             Self::Visibility => "visibility",
             Self::Casters => "casters",

@@ -104,8 +104,44 @@ pub(super) fn drop_unread(
             );
         }
     }
+    if !settings.keeps(Omittable::Textures) {
+        omissions.extend(drop_textures(scene));
+    }
     if !settings.keeps(Omittable::Luminaires) {
         omissions.extend(drop_light(scene, if photons { flow.useful } else { flow.linked }));
+    }
+}
+
+/// Images that nothing depends on which is read, and what of the mesh lays out such images alone.
+fn drop_textures(scene: &mut Scene) -> Option<Omission> {
+    let held = |scene: &Scene| scene.image_bytes() + scene.mesh.bytes();
+    let before = held(scene);
+    let mut names = Vec::new();
+    for material in &mut scene.materials {
+        if material.drop_unread() {
+            names.push(material.name.clone());
+        }
+    }
+    let Scene { mesh, materials, .. } = &mut *scene;
+    let patterns = || materials.iter().filter_map(|material| material.pattern.as_deref());
+    let laid_out = |set: u8| patterns().any(|pattern| pattern.textures().any(|texture| texture.set == set));
+    let [first, second] = &mut mesh.uvs;
+    drop_unless(laid_out(0), first);
+    drop_unless(laid_out(1), second);
+    drop_unless(patterns().any(|pattern| pattern.vertex_colours.is_some()), &mut mesh.colours);
+    drop_unless(patterns().any(|pattern| pattern.normal.is_some()), &mut mesh.tangents);
+    let saved = before - held(scene);
+    let what = match (names.is_empty(), saved) {
+        (true, 0) => return None,
+        (true, _) => "no texture is laid out by some of what vertices have".to_owned(),
+        (false, _) => format!("nothing that is read depends on some of the textures of {}", listed(&names)),
+    };
+    Some(Omittable::Textures.because(format!("{what}: {:.1} MB", saved as f64 / 1e6)))
+}
+
+fn drop_unless<T>(kept: bool, values: &mut Vec<T>) {
+    if !kept {
+        *values = Vec::new();
     }
 }
 

@@ -83,10 +83,34 @@ impl Material {
 
     /// A glTF material, with its emission. It has a `pattern` where it is not the same everywhere.
     pub fn pbr(name: impl Into<String>, pbr: Pbr) -> Self {
-        let plain = Self::diffuse(name, Vec3::ZERO);
-        let (lobes, emission) = (pbr.envelope().collect(), pbr.emitted());
-        let pattern = pbr.varies().then(|| Arc::new(pbr));
-        Self { lobes, emission, pattern, ..plain }
+        let mut plain = Self::diffuse(name, Vec3::ZERO);
+        plain.emission = pbr.emitted();
+        plain.made_of(pbr)
+    }
+
+    /// With the lobes of a glTF material, and with its pattern where it has one.
+    fn made_of(self, pbr: Pbr) -> Self {
+        let (lobes, pattern) = match pbr.varies() {
+            true => (pbr.envelope().collect(), Some(Arc::new(pbr))),
+            false => (pbr.lobes(&Inputs::default()).collect(), None),
+        };
+        Self { lobes, pattern, ..self }
+    }
+
+    /// Drops textures that nothing depends on, for a material whose matrices are resolved. False: there were none.
+    pub(crate) fn drop_unread(&mut self) -> bool {
+        let Some(pattern) = self.pattern.take() else { return false };
+        let reflects = !self.bsdf.terms.is_empty();
+        let kept = pattern.read(reflects);
+        if kept == *pattern {
+            self.pattern = Some(pattern);
+            return false;
+        }
+        *self = std::mem::replace(self, Self::diffuse("", Vec3::ZERO)).made_of(kept);
+        if reflects {
+            self.bsdf.terms = self.terms(self.reflects);
+        }
+        true
     }
 
     /// Lambert's reflector, one-sided; `albedo` in [0, 1].

@@ -73,6 +73,7 @@ use crate::error::{Error, Result};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A scene, ready to be planned.
 #[derive(Clone, Debug)]
@@ -279,6 +280,23 @@ impl Scene {
     /// or changed by mistake, not by malice.
     pub fn hash(&self) -> u64 {
         hash::hash(self)
+    }
+
+    /// The images of all textures, each once.
+    pub fn images(&self) -> Vec<&Arc<texture::Image>> {
+        let mut images: Vec<&Arc<texture::Image>> = Vec::new();
+        let patterns = self.materials.iter().filter_map(|material| material.pattern.as_deref());
+        for texture in patterns.flat_map(Pbr::textures) {
+            if !images.iter().any(|known| Arc::ptr_eq(known, &texture.image)) {
+                images.push(&texture.image);
+            }
+        }
+        images
+    }
+
+    /// What they take in memory.
+    pub fn image_bytes(&self) -> usize {
+        self.images().iter().map(|image| image.bytes()).sum()
     }
 
     /// The surface that a triangle belongs to.

@@ -121,14 +121,52 @@ impl Pbr {
         self.normal.is_some() || self.vertex_colours.is_some() || self.textures().next().is_some()
     }
 
-    /// All textures that are read, that of normals among them.
+    /// All its textures, that of normals among them.
     pub fn textures(&self) -> impl Iterator<Item = &Texture> {
-        let normal = self.normal.as_ref().map(|map| &map.texture);
-        let Self { base, metallic_roughness, transmission, emissive, .. } = self;
-        [&base.texture, metallic_roughness, &transmission.texture, &emissive.texture]
-            .into_iter()
-            .flatten()
-            .chain(normal)
+        self.named_textures().map(|(_, texture)| texture)
+    }
+
+    /// The same, and what each says.
+    pub fn named_textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
+        let Self { base, metallic_roughness, transmission, emissive, normal, .. } = self;
+        [
+            ("base colour", base.texture.as_ref()),
+            ("metallic-roughness", metallic_roughness.as_ref()),
+            ("transmission", transmission.texture.as_ref()),
+            ("emissive", emissive.texture.as_ref()),
+            ("normal", normal.as_ref().map(|map| &map.texture)),
+        ]
+        .into_iter()
+        .filter_map(|(what, texture)| Some((what, texture?)))
+    }
+
+    /// Without textures that nothing depends on: neither its lobes, where they are read at all, nor what it is seen to radiate,
+    /// nor its normals.
+    #[must_use]
+    pub fn read(&self, lobes: bool) -> Self {
+        let mut kept = self.clone();
+        let (lobes, picture) = (lobes && !self.unlit, self.shows_picture());
+        if !lobes && !(self.unlit && picture) {
+            (kept.base.texture, kept.vertex_colours) = (None, None);
+        }
+        if !lobes {
+            kept.transmission.texture = None;
+        }
+        // What is neither metal nor glass looks the same however rough it is.
+        if !lobes || (self.metallic == 0.0 && self.transmission.factor == 0.0) {
+            kept.metallic_roughness = None;
+        }
+        if self.unlit || !picture {
+            kept.emissive.texture = None;
+        }
+        kept
+    }
+
+    /// The most that its lobes together send on at any point of light of each channel, which is less than the sum of
+    /// [`envelope`](Self::envelope): where there is metal there is no glass.
+    pub fn most_reflected(&self) -> Vec3 {
+        let [least, most] = self.extremes();
+        most.base.lerp(Vec3::ONE, most.transmission * (1.0 - least.metallic))
     }
 
     /// The parameters at a point.

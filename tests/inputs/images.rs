@@ -1,11 +1,12 @@
-//! Until textures are read the mean of an image stands in its place.
+//! Images of files: found, decoded, and looked up where the file lays them out.
 
 use crate::small::Small;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::Vec3;
-use halflight::optics::{Diffuse, Lobe, Mirror};
-use halflight::scene::{Material, Scene};
+use glam::{Vec2, Vec3, Vec4};
+use halflight::optics::{Diffuse, Lobe, Mirror, Term};
+use halflight::scene::texture::{Sampler, Wrap};
+use halflight::scene::{Inputs, Material, Pbr, Scene};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -68,6 +69,20 @@ fn albedo(material: &Material) -> Vec3 {
     }
 }
 
+/// Where the texel of number `i` of `n` in a row has its middle.
+fn middle(i: u32, n: u32) -> Inputs {
+    Inputs { uvs: [Vec2::new((i as f32 + 0.5) / n as f32, 0.5); 2], ..Inputs::default() }
+}
+
+fn pattern(material: &Material) -> &Pbr {
+    material.pattern.as_deref().unwrap_or_else(|| panic!("the same all over: {:?}", material.lobes))
+}
+
+/// What a material reflects at the two texels of its images.
+fn of_two(material: &Material) -> [Vec3; 2] {
+    [0, 1].map(|i| pattern(material).parameters(&middle(i, 2)).base)
+}
+
 fn textured(images: &[Vec<u8>]) -> Small {
     with_images(
         json!({ "name": "Brick", "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 },
@@ -77,19 +92,102 @@ fn textured(images: &[Vec<u8>]) -> Small {
 }
 
 #[test]
-fn colours_are_averaged_in_linear_light_and_times_their_factor() {
+fn colours_are_read_in_linear_light_and_times_their_factor() {
     let (brick, scene) = first(textured(&[png(&[[255, 255, 0], [0, 0, 188]])]));
-    // sRGB 188 is 0.5029; a mean of the stored numbers would read 0.5, 0.25, 0.369.
-    assert!((albedo(&brick) - Vec3::new(0.5, 0.25, 0.2514)).length() < 1e-4, "{}", albedo(&brick));
-    assert!(note(
-        &scene,
-        "base colour textures are not supported yet, the mean of the image stands in: Brick"
-    ));
-    let (grey, _) = first(textured(&[jpeg()]));
-    // sRGB 200 is 0.5776.
-    assert!((albedo(&grey) - 0.5776 * Vec3::new(1.0, 0.5, 1.0)).length() < 1e-3, "{}", albedo(&grey));
+    // sRGB 188 is 0.5029.
+    let expected = [Vec3::new(1.0, 0.5, 0.0), Vec3::new(0.0, 0.0, 0.5029)];
+    let near = |a: Vec3, b: Vec3, by: f32| assert!((a - b).length() < by, "{a} for {b}");
+    of_two(&brick).into_iter().zip(expected).for_each(|(seen, expected)| near(seen, expected, 1e-4));
+    near(albedo(&brick), Vec3::new(1.0, 0.5, 0.5029), 1e-4);
+    assert!(note(&scene, "there are no texture coordinates for its textures"), "{:?}", scene.notes);
+    // What is the same all over is no texture: sRGB 200 is 0.5776.
+    let (grey, scene) = first(textured(&[jpeg()]));
+    near(albedo(&grey), 0.5776 * Vec3::new(1.0, 0.5, 1.0), 1e-3);
+    assert!(grey.pattern.is_none() && scene.images().is_empty());
     let (web, _) = first(textured(&[webp(&[[255, 255, 0], [0, 0, 188]])]));
-    assert!((albedo(&web) - albedo(&brick)).length() < 1e-6);
+    assert_eq!(of_two(&web), of_two(&brick));
+}
+
+/// The small scene with texture coordinates for its body, which is a tetrahedron, in floats or as shares.
+fn laid_out(small: Small, uvs: [[f32; 2]; 4], shares: bool) -> Small {
+    let uvs = uvs.as_flattened();
+    let bytes: Vec<u8> = match shares {
+        true => uvs.iter().flat_map(|x| ((x * 65_535.0) as u16).to_le_bytes()).collect(),
+        false => uvs.iter().flat_map(|x| x.to_le_bytes()).collect(),
+    };
+    with_attribute(small, "TEXCOORD_0", "VEC2", if shares { 5123 } else { 5126 }, &bytes)
+}
+
+fn with_attribute(mut small: Small, name: &str, kind: &str, component: u32, bytes: &[u8]) -> Small {
+    let start = small.binary.len();
+    small.binary.extend(bytes);
+    let list = |small: &mut Small, name: &str, value: Value| {
+        let list = small.json[name].as_array_mut().expect("a list");
+        list.push(value);
+        list.len() - 1
+    };
+    let view = list(
+        &mut small,
+        "bufferViews",
+        json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }),
+    );
+    let accessor = json!({ "bufferView": view, "componentType": component, "normalized": component != 5126,
+        "type": kind, "count": 4 });
+    let accessor = list(&mut small, "accessors", accessor);
+    let length = small.binary.len();
+    small
+        .with("/buffers/0/byteLength", json!(length))
+        .with(&format!("/meshes/0/primitives/0/attributes/{name}"), json!(accessor))
+}
+
+#[test]
+fn images_are_laid_out_by_texture_coordinates() {
+    let brick = || textured(&[png(&[[255, 255, 0], [0, 0, 188]])]);
+    let uvs = [[0.25, 0.0], [0.75, 1.0], [0.5, 0.5], [0.0, 0.75]];
+    for shares in [false, true] {
+        let scene = laid_out(brick(), uvs, shares).good();
+        assert!(!note(&scene, "texture coordinates"), "{:?}", scene.notes);
+        assert_eq!(scene.mesh.uvs[0].len(), scene.mesh.positions.len());
+        let expected = uvs.map(Vec2::from_array);
+        assert!(scene.mesh.uvs[0].iter().zip(expected).all(|(uv, expected)| uv.distance(expected) < 1e-4));
+        assert!(scene.mesh.uvs[1].is_empty() && scene.mesh.tangents.is_empty());
+    }
+    // At the first corner the first texel, at the second the other.
+    let scene = laid_out(brick(), uvs, false).good();
+    let seen = |u: f32| match scene.matter_at(0, u, 0.0, 0.0).bsdf.terms[..] {
+        [Term { lobe: Lobe::Diffuse(Diffuse { albedo, .. }), .. }] => albedo,
+        ref other => panic!("{other:?}"),
+    };
+    let [a, b, _] = scene.mesh.triangles[0].map(|vertex| scene.mesh.uvs[0][vertex as usize]);
+    assert_eq!([a.x, b.x], [0.25, 0.5]);
+    assert!((seen(0.0) - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-5, "{}", seen(0.0));
+    assert!((seen(1.0) - Vec3::new(0.5, 0.25, 0.2515)).length() < 1e-3, "{}", seen(1.0));
+    // Where nothing asks for them they are not read, and need not be right.
+    let plain = laid_out(Small::new(), uvs, false).good();
+    assert!(plain.mesh.uvs[0].is_empty());
+    let nan = laid_out(brick(), [[f32::NAN, 0.0]; 4], false).good();
+    assert!(nan.mesh.uvs[0].iter().all(|uv| uv.is_finite()));
+    let error = laid_out(brick(), uvs, false).with("/accessors/4/count", json!(3)).error();
+    assert!(error.contains("has 4 positions and 3 texture coordinates"), "{error}");
+}
+
+#[test]
+fn sets_transforms_and_samplers_are_those_of_the_file() {
+    let transform = json!({ "index": 0, "texCoord": 0, "extensions": { "KHR_texture_transform":
+        { "offset": [0.5, 0], "scale": [0.5, 1], "texCoord": 1 } } });
+    let small = textured(&[png(&[[255, 255, 0], [0, 0, 188]])])
+        .with("/samplers", json!([{ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728 }]))
+        .with("/textures", json!([{ "source": 0, "sampler": 0 }]))
+        .with("/materials/0/pbrMetallicRoughness/baseColorTexture", transform);
+    let (brick, _) = first(small.clone());
+    let texture = pattern(&brick).base.texture.as_ref().expect("its texture");
+    assert_eq!(texture.sampler, Sampler { wrap: [Wrap::Clamp, Wrap::Mirrored], linear: false });
+    assert_eq!(texture.set, 1);
+    let middle = texture.transform.transform_point2(Vec2::new(0.5, 0.25));
+    assert_eq!(middle, Vec2::new(0.75, 0.25));
+    let third = json!({ "index": 0, "texCoord": 2 });
+    let (brick, scene) = first(small.with("/materials/0/pbrMetallicRoughness/baseColorTexture", third));
+    assert!(brick.pattern.is_none() && note(&scene, "not TEXCOORD_2"), "{:?}", scene.notes);
 }
 
 #[test]
@@ -107,24 +205,28 @@ fn a_lamp_of_a_few_bright_texels_shines_as_they_do() {
 }
 
 #[test]
-fn shares_of_metal_and_glass_and_the_roughness_are_means_of_the_stored_numbers() {
+fn shares_of_metal_and_glass_and_the_roughness_are_the_stored_numbers() {
     let material = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 } } });
     let (half, _) = first(with_images(material, &[png(&[[9, 0, 255], [9, 0, 0]])]));
-    assert_eq!(half.lobes.len(), 2);
-    assert!(half.lobes.contains(&(0.5, Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }))));
+    let mirror = (1.0, Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    let white = (1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: false }));
+    assert_eq!(half.lobes, [mirror, white], "what may occur");
+    let lobes = |i: u32| pattern(&half).lobes(&middle(i, 2)).collect::<Vec<_>>();
+    assert_eq!([lobes(0), lobes(1)], [[mirror], [white]]);
     let glass = json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 },
         "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5, "transmissionTexture": { "index": 0 } } } });
-    let (quarter, scene) = first(with_images(glass, &[png(&[[255, 7, 7], [0, 7, 7]])]));
-    assert_eq!(quarter.lobes[0].0, 0.25);
-    assert!(note(&scene, "transmission textures"));
+    let (glass, _) = first(with_images(glass, &[png(&[[255, 7, 7], [0, 7, 7]])]));
+    let shares = |i: u32| pattern(&glass).lobes(&middle(i, 2)).map(|(share, _)| share).collect::<Vec<_>>();
+    assert_eq!([shares(0), shares(1)], [vec![0.5, 0.5], vec![1.0]]);
+    assert_eq!(glass.lobes.iter().map(|(share, _)| *share).collect::<Vec<_>>(), [0.5, 1.0]);
 }
 
 #[test]
 fn webp_in_its_extension_and_images_in_files_and_buffers_are_found() {
-    let (bytes, expected) = (png(&[[255, 255, 255], [0, 0, 0]]), Vec3::new(0.5, 0.25, 0.5));
+    let (bytes, expected) = (png(&[[255, 255, 255], [0, 0, 0]]), [Vec3::new(1.0, 0.5, 1.0), Vec3::ZERO]);
     let extension = json!([{ "extensions": { "EXT_texture_webp": { "source": 0 } } }]);
     let (web, _) = first(textured(&[webp(&[[255; 3], [0; 3]])]).with("/textures", extension));
-    assert_eq!(albedo(&web), expected);
+    assert_eq!(of_two(&web), expected);
 
     let mut small = textured(&[Vec::new()]);
     let start = small.binary.len();
@@ -134,14 +236,14 @@ fn webp_in_its_extension_and_images_in_files_and_buffers_are_found() {
     small.json["bufferViews"].as_array_mut().expect("a list").push(view);
     let inside =
         small.with("/buffers/0/byteLength", json!(length)).with("/images", json!([{ "bufferView": 4 }]));
-    assert_eq!(albedo(&first(inside).0), expected);
+    assert_eq!(of_two(&first(inside).0), expected);
 
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("beside.gltf");
     std::fs::write(folder.path().join("a b.png"), &bytes).unwrap();
     let beside = textured(&[Vec::new()]).with("/images", json!([{ "uri": "a%20b.png" }])).embedded();
     std::fs::write(&path, beside.json.to_string()).unwrap();
-    assert_eq!(albedo(&Scene::load(path).unwrap().materials[0]), expected);
+    assert_eq!(of_two(&Scene::load(path).unwrap().materials[0]), expected);
 }
 
 #[test]
@@ -151,7 +253,11 @@ fn images_that_cannot_be_had_leave_the_factor_and_are_told() {
     for images in [vec![b"GIF89a".to_vec()], vec![cut], vec![Vec::new()]] {
         let (brick, scene) = first(textured(&images));
         assert_eq!(albedo(&brick), Vec3::new(1.0, 0.5, 1.0));
-        assert!(note(&scene, "no mean stands in") && note(&scene, "Brick"), "{:?}", scene.notes);
+        assert!(
+            note(&scene, "cannot be read") && note(&scene, "image 0") && note(&scene, "Brick"),
+            "{:?}",
+            scene.notes
+        );
     }
     for images in [
         json!([{ "uri": "gone.png" }]),
@@ -162,7 +268,11 @@ fn images_that_cannot_be_had_leave_the_factor_and_are_told() {
     ] {
         let (brick, scene) = first(textured(std::slice::from_ref(&file)).with("/images", images));
         assert_eq!(albedo(&brick), Vec3::new(1.0, 0.5, 1.0));
-        assert!(note(&scene, "no mean stands in"), "{:?}", scene.notes);
+        assert!(
+            note(&scene, "base colour textures that cannot be read, the factor alone stands in"),
+            "{:?}",
+            scene.notes
+        );
     }
 }
 
@@ -176,31 +286,53 @@ fn the_older_model_shows_what_its_two_layers_reflect_together() {
 }
 
 #[test]
-fn the_mean_of_vertex_colours_stands_in_for_them() {
-    let mut small = Small::new();
-    let start = small.binary.len();
+fn colours_of_vertices_are_read_where_they_are_shares_of_light() {
     let colours: [[u8; 4]; 4] = [[255, 0, 0, 9], [255, 0, 0, 9], [0, 0, 0, 9], [0, 255, 0, 9]];
-    small.binary.extend(colours.as_flattened());
-    small.json["bufferViews"]
-        .as_array_mut()
-        .unwrap()
-        .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": 16 }));
-    let accessor =
-        json!({ "bufferView": 4, "componentType": 5121, "normalized": true, "type": "VEC4", "count": 4 });
-    small.json["accessors"].as_array_mut().expect("a list").push(accessor);
-    let length = small.binary.len();
-    let coloured = small
-        .with("/buffers/0/byteLength", json!(length))
-        .with("/meshes/0/primitives/0/attributes", json!({ "POSITION": 0, "NORMAL": 1, "COLOR_0": 4 }))
+    let coloured = with_attribute(Small::new(), "COLOR_0", "VEC4", 5121, colours.as_flattened())
         .with("/meshes/1/primitives/0/material", json!(0));
     let scene = coloured.clone().good();
     let of = |surface: usize| &scene.materials[scene.surfaces[surface].material as usize];
-    assert_eq!((albedo(of(0)), albedo(of(1))), (Vec3::new(0.5, 0.25, 0.0), Vec3::ONE));
-    assert_eq!(of(0).name, of(1).name);
-    assert!(note(&scene, "vertex colours are not supported yet, their mean stands in: Body"));
+    let known = pattern(of(0)).vertex_colours.expect("colours");
+    assert_eq!((known.mean, known.most), (Vec3::new(0.5, 0.25, 0.0), Vec3::new(1.0, 1.0, 0.0)));
+    assert_eq!((albedo(of(0)), albedo(of(1))), (Vec3::new(1.0, 1.0, 0.0), Vec3::ONE));
+    assert!(of(0).name == of(1).name && of(1).pattern.is_none());
+    // What has none is white beside what has some.
+    assert_eq!(scene.mesh.colours.len(), 8);
+    assert_eq!(scene.mesh.colours[3], Vec4::new(0.0, 1.0, 0.0, 9.0 / 255.0));
+    assert!(scene.mesh.colours[4..].iter().all(|colour| *colour == Vec4::ONE));
     let not_shares = coloured.with("/accessors/4/normalized", json!(false)).good();
     assert_eq!(albedo(&not_shares.materials[0]), Vec3::ONE);
-    assert!(note(&not_shares, "vertex colours are not supported yet: Body"));
+    assert!(note(&not_shares, "vertex colours that are no shares of light are left out: Body"));
+    // Floats beyond are brought to the nearest share.
+    let floats: Vec<u8> = [2.0, 0.5, -1.0_f32].repeat(4).iter().flat_map(|x| x.to_le_bytes()).collect();
+    let bright = with_attribute(Small::new(), "COLOR_0", "VEC3", 5126, &floats).good();
+    assert!(bright.mesh.colours[..4].iter().all(|colour| *colour == Vec4::new(1.0, 0.5, 0.0, 1.0)));
+}
+
+#[test]
+fn normal_maps_bring_tangents_of_the_file_or_of_their_own() {
+    let bumpy = || {
+        let material = json!({ "name": "Bumpy", "pbrMetallicRoughness": { "metallicFactor": 0 }, "normalTexture": { "index": 0, "scale": 0.5 } });
+        let small = with_images(material, &[png(&[[128, 128, 255], [200, 128, 230]])]);
+        laid_out(small, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], false)
+    };
+    let scene = bumpy().good();
+    let map = pattern(&scene.materials[0]).normal.as_ref().expect("a normal map");
+    assert!(map.scale == 0.5 && !note(&scene, "normal textures"), "{:?}", scene.notes);
+    assert_eq!(scene.mesh.tangents.len(), scene.mesh.positions.len());
+    assert!(scene.mesh.tangents[..4].iter().all(|t| t.w.abs() == 1.0 && t.is_finite()));
+    // The sheet has no normal map, and none.
+    assert_eq!(scene.mesh.tangents.last(), Some(&Vec4::ZERO));
+
+    let given = [[0.0, 0.0, 1.0, -1.0_f32]; 4];
+    let bytes: Vec<u8> = given.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let scene = with_attribute(bumpy(), "TANGENT", "VEC4", 5126, &bytes).good();
+    assert!(scene.mesh.tangents[..4].iter().all(|t| *t == Vec4::from_array(given[0])));
+    // A mirrored node turns the image's up with it.
+    let mirrored = with_attribute(bumpy(), "TANGENT", "VEC4", 5126, &bytes)
+        .with("/nodes/0/scale", json!([1, 1, -2]))
+        .good();
+    assert!(mirrored.mesh.tangents[..4].iter().all(|t| *t == Vec4::new(0.0, 0.0, -1.0, 1.0)));
 }
 
 proptest! {

@@ -11,6 +11,7 @@
 
 use crate::moved::somewhere;
 use crate::support::{Build, diffuse, glow, skipped};
+use crate::textures::{CORNERS, body, hills, squares};
 use glam::Vec3;
 use halflight::film::{Film, Layer};
 use halflight::light::{Light, Matrix};
@@ -18,7 +19,8 @@ use halflight::measure::{Estimate, agreement};
 use halflight::optics::{Dielectric, Glossy, Lobe, Mirror};
 use halflight::plan::{Direct, Method, Settings};
 use halflight::render::Render;
-use halflight::scene::{Camera, Illumination, Luminaire, Material, Matter, Projection, Scene};
+use halflight::scene::texture::Encoding;
+use halflight::scene::{Camera, Factor, Illumination, Luminaire, Material, Matter, Pbr, Projection, Scene};
 
 const SIDE: u32 = 20;
 
@@ -313,6 +315,32 @@ fn with_glass_that_absorbs_and_spreads_colours() {
     let inner = build.0.material(inner);
     build.sphere(Vec3::new(0.45, -0.45, 0.2), 0.2, (48, 24), false, inner);
     must_agree("colours in glass", &build.finish(), Direct::Connection);
+}
+
+/// The mixed box, its walls a checker of red and white with hills in it, and its ball a mirror of hills.
+pub fn patterned() -> Scene {
+    let mut build = mixed(true, false);
+    let squares = squares(8, Encoding::Colour, |x, y| if (x + y).is_multiple_of(2) { 230 } else { 150 });
+    let base = Factor { factor: Vec3::new(0.9, 0.6, 0.5), texture: Some(squares) };
+    let walls = Pbr { normal: Some(hills(32, 0.4)), ..body(base) };
+    build.0.materials[0] = Material::pbr("White", walls);
+    let normal = Some(hills(32, 0.15));
+    let ball = Pbr { roughness: 0.0, base: Factor::new(Vec3::splat(0.8)), normal, ..Pbr::default() };
+    build.0.materials[2] = Material::pbr("Mirror", ball);
+    for shape in &mut build.0.shapes {
+        let uv = |p: &glam::DVec3| glam::Vec2::new(3.0 * p.x as f32, 3.0 * (p.y - p.z) as f32);
+        shape.uvs[0] = Some(match shape.positions.len() {
+            4 => CORNERS.to_vec(),
+            _ => shape.positions.iter().map(uv).collect(),
+        });
+    }
+    build.finish()
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_textures_and_normal_maps() {
+    must_agree("textures", &patterned(), Direct::Connection);
 }
 
 #[test]

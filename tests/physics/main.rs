@@ -21,3 +21,4 @@ mod omissions;
 mod online_error;
 mod pilot;
 mod square;
+mod textures;

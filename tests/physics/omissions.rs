@@ -3,6 +3,7 @@
 
 use crate::agreement::{cornell, mixed};
 use crate::support::{Build, diffuse, glow, look};
+use crate::textures::{CORNERS, body, hills, squares};
 use glam::Vec3;
 use halflight::connect::{Connections, Lobes};
 use halflight::film::{Film, Layer};
@@ -11,7 +12,8 @@ use halflight::measure::{Estimate, agreement};
 use halflight::optics::{Lobe, Mirror, ThinDielectric};
 use halflight::plan::{Frame, Omittable, Plan, Settings, Visibility};
 use halflight::render::{learn, render_pass};
-use halflight::scene::{Emission, Illumination, Luminaire, Matter, Scene};
+use halflight::scene::texture::Encoding;
+use halflight::scene::{Emission, Factor, Illumination, Luminaire, Material, Matter, Pbr, Scene};
 
 const SIDE: u32 = 16;
 const LAYERS: [Layer; 6] =
@@ -291,6 +293,39 @@ fn normals_that_nothing_interpolates() {
     scene.surfaces.iter_mut().for_each(|surface| surface.smooth = false);
     exact("flat", &scene, Omittable::Normals, Alike::Bits, &settings());
     different("smooth", &film(&smooth, 40), &film(&Plan::new(scene, settings()), 40));
+}
+
+#[test]
+fn textures_of_what_reflects_nothing() {
+    // Of a floor that lets no light of its own come back nothing is read but its normals; a wall's roughness changes nothing.
+    let (mut build, floor) = floor(GLOBAL);
+    lamp(&mut build, Vec3::new(0.5, 1.5, 0.0), WHITE);
+    let checker = squares(8, Encoding::Colour, |x, y| if (x + y).is_multiple_of(2) { 230 } else { 90 });
+    let base = Factor { factor: Vec3::ONE, texture: Some(checker.clone()) };
+    let pbr = Pbr { normal: Some(hills(8, 0.3)), ..body(base.clone()) };
+    let dark = Material::pbr("Floor", pbr).with_opaque(Matrix::ZERO);
+    build.0.materials[floor as usize] = dark;
+    let rough = Pbr { metallic_roughness: Some(checker), ..body(base) };
+    let wall = build.0.material(Material::pbr("Wall", rough));
+    build.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, wall);
+    build.0.shapes.iter_mut().for_each(|shape| shape.uvs[0] = Some(CORNERS.to_vec()));
+    let scene = build.finish();
+    let images = |plan: &Plan| plan.scene.images().len();
+    let (lean, full) =
+        (Plan::new(scene.clone(), settings()), Plan::new(scene.clone(), keeping(&[Omittable::Textures])));
+    assert_eq!((images(&lean), images(&full)), (2, 3));
+    let settings = Settings { invisible: true, ..settings() };
+    exact("dark floor", &scene, Omittable::Textures, Alike::Bits, &settings);
+    // The checker of the wall is read.
+    let mut plain = scene.clone();
+    plain.materials[wall as usize].pattern = None;
+    different("no checker", &film(&lean, 40), &film(&Plan::new(plain, self::settings()), 40));
+    // Nor is one that is not there laid out.
+    let mut bare = scene;
+    bare.materials.iter_mut().for_each(|material| material.pattern = None);
+    let lean = Plan::new(bare.clone(), self::settings());
+    assert!(lean.scene.mesh.uvs[0].is_empty() && omits(&lean, Omittable::Textures));
+    exact("laid out in vain", &bare, Omittable::Textures, Alike::Bits, &self::settings());
 }
 
 #[test]
