@@ -12,6 +12,7 @@ mod furnace;
 mod glass;
 mod k;
 mod ledger;
+mod lens;
 mod matrices;
 mod media;
 mod mirrors;
