@@ -239,6 +239,16 @@ fn cameras_are_found_and_named() {
     assert_eq!(scene.camera.projection, Projection::Orthographic { half_height: 2.0 });
     assert_eq!(scene.camera.aspect, Some(1.5));
 
+    let lens = Small::new().with("/cameras/0/extras", json!({ "fstop": 1.4, "focus": 5 })).good();
+    let radius = 0.5 * 0.012 / (0.5 * 0.7_f32).tan() / 1.4;
+    let found = lens.camera.lens.expect("a lens");
+    assert!((found.radius / radius - 1.0).abs() < 1e-6 && found.focus == 5.0, "{found:?}");
+    assert!(lens.notes.is_empty(), "{:?}", lens.notes);
+    let object = Small::new().with("/nodes/3/extras", json!({ "fstop": 1.4, "focus": 5 })).good();
+    assert!(
+        object.camera.lens.is_none() && note(&object, "`fstop` has no effect here; it is read on cameras")
+    );
+
     let scene = Small::new().with("/nodes/1/camera", json!(0)).good();
     assert!(note(&scene, "Sheet") && note(&scene, "Eye"), "{:?}", scene.notes);
     let turned = Small::new().with("/nodes/3/scale", json!([2, 3, -4])).good();

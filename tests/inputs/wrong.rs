@@ -1,6 +1,7 @@
 //! What can be wrong with a file: one line each, which names the thing. Never a panic.
 
 use crate::small::{Small, load_bytes, message};
+use glam::Vec3;
 use halflight::scene::Scene;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -64,13 +65,21 @@ fn documents_without_what_a_picture_needs() {
 
     let blind = Small::new().with("/nodes/3/camera", Value::Null).good();
     assert!(blind.notes.iter().any(|n| n.contains("no camera")), "{:?}", blind.notes);
-    let aspect = 1.0;
-    for corner in &blind.mesh.positions {
-        // Every corner is inside the picture.
-        let seen = *corner - blind.camera.position;
-        let (origin, edge) = blind.camera.ray(0.5, 0.0, aspect);
-        assert_eq!(origin, blind.camera.position);
-        assert!(seen.normalize().dot(blind.camera.forward) > edge.dot(blind.camera.forward) - 1e-5);
+    // From the front (+Z) and 15 to 20 degrees above, all of the bounding sphere on a film of any shape.
+    let forward = blind.camera.forward;
+    assert!(forward.x == 0.0 && forward.z < 0.0 && (15.0..20.0).contains(&(-forward.y).asin().to_degrees()));
+    let (centre, radius) = blind.bounding_sphere();
+    for aspect in [0.3, 1.0, 16.0 / 9.0] {
+        let mut nearest = 1.0_f32;
+        for i in 0..1000_u32 {
+            let (sin, cos) = (0.01 * std::f32::consts::PI * (i / 10) as f32).sin_cos();
+            let (s, c) = (0.2 * std::f32::consts::PI * (i % 10) as f32).sin_cos();
+            let place = centre + radius * Vec3::new(sin * s, cos, sin * c);
+            let film = blind.camera.film(place, aspect).expect("before the camera");
+            assert!(film.iter().all(|x| (-1e-3..=1.001).contains(x)), "{film:?} on a film of {aspect}");
+            nearest = film.iter().fold(nearest, |nearest, x| nearest.min(*x).min(1.0 - *x));
+        }
+        assert!(nearest < 0.05, "it fills the film: {nearest}");
     }
 }
 
@@ -198,6 +207,14 @@ fn wrong_facts_of_ours_name_their_owner() {
     expect(light(json!({ "emission": [-1, 0] })), &["light `Lux`", "emission"]);
     let node = Small::new().with("/nodes/2/extras", json!({ "warn": true }));
     expect(node, &["node `Bulb`", "warn"]);
+    let camera = |extras: Value| Small::new().with("/cameras/0/extras", extras);
+    expect(camera(json!({ "fstop": 2.8 })), &["camera `Lens`", "`fstop` needs `focus`"]);
+    expect(camera(json!({ "aperture": "f/2", "focus": 1 })), &["camera `Lens`", "aperture"]);
+    let flat = json!({ "name": "Lens", "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1 } });
+    expect(
+        Small::new().with("/cameras/0", flat).with("/cameras/0/extras", json!({ "fstop": 2, "focus": 1 })),
+        &["camera `Lens`", "orthographic camera has no lens"],
+    );
     let unused = Small::new().with("/meshes/0/primitives/0/material", json!(1));
     expect(unused.with("/materials/0/extras", json!({ "thin": 7 })), &["material `Skin`", "thin"]);
     let odd = skin(json!({ "illumination": "a\nb" })).with("/materials/0/name", json!("two\nlines"));

@@ -13,6 +13,7 @@ mod furnace;
 mod glass;
 mod k;
 mod ledger;
+mod lens;
 mod matrices;
 mod media;
 mod mirrors;

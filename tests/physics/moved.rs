@@ -25,6 +25,9 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
     if let Projection::Orthographic { half_height } = &mut camera.projection {
         *half_height *= size;
     }
+    if let Some(lens) = &mut camera.lens {
+        (lens.radius, lens.focus) = (size * lens.radius, size * lens.focus);
+    }
     for luminaire in &mut scene.luminaires {
         match luminaire {
             Luminaire::Triangle { area, .. } => *area *= size * size,
