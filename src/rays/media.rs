@@ -114,6 +114,7 @@ impl Media {
             through: super::Through::Everything,
             level,
             media: None,
+            cover: None,
             absorbs: false,
             disperse: false,
         };

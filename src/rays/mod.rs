@@ -6,6 +6,7 @@
 //! or as large as f32 allows, and a crossing is a hit if its t, computed in f64, is > 0.
 
 mod build;
+mod cover;
 mod exact;
 mod leaf;
 mod line;
@@ -21,8 +22,9 @@ mod widen;
 
 use crate::light::Matrix;
 use crate::optics::{Dielectric, Lobe, dispersed};
-use crate::scene::{Backs, Material, Scene, SurfacePoint};
+use crate::scene::{Backs, Material, MatterAt, Scene, SurfacePoint};
 use build::Tree;
+use cover::Cover;
 use fearless_simd::{Level, dispatch};
 use glam::Vec3;
 use line::Line;
@@ -109,6 +111,8 @@ pub struct Rays {
     level: Level,
     /// None: air surrounds every solid of glass.
     media: Option<Box<Media>>,
+    /// None: what goes straight through a triangle is the same all over it.
+    cover: Option<Box<Cover>>,
     /// Some body absorbs light on its way.
     absorbs: bool,
     /// Some glass spreads colours.
@@ -122,7 +126,7 @@ thread_local! {
 /// What a query needs and the next one can use again.
 struct Scratch {
     stack: Vec<u64>,
-    passed: Vec<((f32, bool, u32), u32)>,
+    passed: Vec<((f32, bool, u32), Matrix)>,
 }
 
 impl Rays {
@@ -132,15 +136,17 @@ impl Rays {
     }
 
     fn build_at(scene: &Scene, level: Level) -> Self {
-        let mut straight = vec![Matrix::ZERO];
+        let (mut straight, mut partial) = (vec![Matrix::ZERO], vec![None]);
         let class_of_material: Vec<u32> = scene
             .materials
             .iter()
             .map(|material| {
-                let matrix = material.bsdf.straight;
-                let known = straight.iter().position(|other| *other == matrix);
+                let (matrix, varies) = (material.bsdf.straight, material.has_holes());
+                let alike = |i: usize| straight[i] == matrix && !varies && partial[i].is_none();
+                let known = (0..straight.len()).find(|i| alike(*i));
                 known.unwrap_or_else(|| {
                     straight.push(matrix);
+                    partial.push(varies.then(|| material.clone()));
                     straight.len() - 1
                 }) as u32
             })
@@ -177,7 +183,9 @@ impl Rays {
         };
         let absorbs = solids().any(|material| material.absorption != Vec3::ZERO);
         let disperse = solids().any(|material| material.dispersion > 0.0);
-        Self { tree: Tree::build(&scene.mesh, class), straight, through, level, media, absorbs, disperse }
+        let cover = Cover::of(scene, partial, |triangle| class(triangle) & !UNSEEN).map(Box::new);
+        let tree = Tree::build(&scene.mesh, class);
+        Self { tree, straight, through, level, media, cover, absorbs, disperse }
     }
 
     /// The same index that also asks about the surroundings of solids that nothing but air surrounds.
@@ -272,13 +280,12 @@ impl Rays {
         let (mut matrix, mut left) = (Matrix::IDENTITY, Vec3::ONE);
         let (mut absorption, mut before) = (absorption, 0.0);
         for hit in &hits {
-            let material = scene.material_of(hit.triangle);
-            matrix = matrix * material.bsdf.straight;
+            let MatterAt { material, bsdf, point, .. } = scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
+            matrix = matrix * bsdf.straight;
             if matrix.is_zero() {
                 return (matrix, Vec3::ZERO);
             }
             left *= left_of(absorption, (hit.t - before) * length);
-            let point = scene.mesh.point(hit.triangle, hit.u, hit.v, false);
             absorption = self.absorption_towards(material, &point, direction).unwrap_or(absorption);
             before = hit.t;
         }
@@ -311,7 +318,7 @@ impl Rays {
         hits.clear();
         match self.through {
             Through::Nothing => hits.extend(self.closest_seen(ray)),
-            _ => self.query(&ray.into(), Seen(UpToBlocker::new(ray.t_max, hits))).0.finish(),
+            _ => self.query(&ray.into(), Seen(UpToBlocker::new(ray.t_max, self.cover.as_deref(), hits))).0.finish(),
         }
     }
 
@@ -324,7 +331,7 @@ impl Rays {
         let t_max = segment.end as f32;
         match self.through {
             Through::Nothing => hits.extend(self.query(&segment, Closest::new(t_max)).finish()),
-            _ => self.query(&segment, UpToBlocker::new(t_max, hits)).finish(),
+            _ => self.query(&segment, UpToBlocker::new(t_max, self.cover.as_deref(), hits)).finish(),
         }
     }
 
@@ -355,12 +362,12 @@ impl Rays {
             }
             Through::Everything => Matrix::IDENTITY,
             Through::Diagonal => {
-                self.query(segment, Product { t_max, straight, product: Matrix::IDENTITY }).product
+                self.query(segment, Product { t_max, straight, cover: self.cover.as_deref(), product: Matrix::IDENTITY }).product
             }
             Through::Ordered => SCRATCH.with_borrow_mut(|Scratch { stack, passed }| {
                 passed.clear();
-                let visit = Passed { t_max, passed, blocked: false };
-                self.query_with(stack, segment, visit).product(straight)
+                let visit = Passed { t_max, straight, cover: self.cover.as_deref(), passed, blocked: false };
+                self.query_with(stack, segment, visit).product()
             }),
         }
     }

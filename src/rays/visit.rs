@@ -1,5 +1,6 @@
 //! What each query does with the crossings that the traversal shows it.
 
+use super::cover::Cover;
 use super::walk::Visit;
 use super::{BLOCKER, Hit, UNSEEN};
 use crate::light::Matrix;
@@ -71,8 +72,17 @@ fn matter(class: u32) -> u32 {
     class & !UNSEEN
 }
 
+/// What goes straight through where a triangle of this class is met.
+#[inline(always)]
+fn straight(hit: &Hit, class: u32, straight: &[Matrix], cover: Option<&Cover>) -> Matrix {
+    let class = matter(class);
+    let partial = cover.and_then(|cover| cover.straight(hit, class));
+    partial.unwrap_or_else(|| straight[class as usize])
+}
+
 /// Keeps all crossings up to the first blocker.
 pub(super) struct UpToBlocker<'a> {
+    cover: Option<&'a Cover>,
     hits: &'a mut Vec<Hit>,
     /// Order of the first blocker so far; (`t_max`, true, [`NONE`]) where there is none.
     end: (f32, bool, u32),
@@ -90,7 +100,8 @@ impl Visit for UpToBlocker<'_> {
     fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
         if order(&hit) <= self.end {
             self.hits.push(hit);
-            if matter(class) == BLOCKER {
+            let partial = self.cover.and_then(|cover| cover.straight(&hit, matter(class)));
+            if partial.map_or(matter(class) == BLOCKER, |straight| straight.is_zero()) {
                 self.end = order(&hit);
             }
         }
@@ -99,8 +110,8 @@ impl Visit for UpToBlocker<'_> {
 }
 
 impl<'a> UpToBlocker<'a> {
-    pub fn new(t_max: f32, hits: &'a mut Vec<Hit>) -> Self {
-        Self { hits, end: (t_max, true, NONE) }
+    pub fn new(t_max: f32, cover: Option<&'a Cover>, hits: &'a mut Vec<Hit>) -> Self {
+        Self { cover, hits, end: (t_max, true, NONE) }
     }
 
     /// Sorts, and cuts what lies behind the blocker.
@@ -138,6 +149,7 @@ impl Visit for Any {
 pub(super) struct Product<'a> {
     pub t_max: f32,
     pub straight: &'a [Matrix],
+    pub cover: Option<&'a Cover>,
     pub product: Matrix,
 }
 
@@ -150,8 +162,8 @@ impl Visit for Product<'_> {
     }
 
     #[inline(always)]
-    fn hit(&mut self, _hit: Hit, class: u32) -> ControlFlow<()> {
-        self.product = self.product * self.straight[matter(class) as usize];
+    fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
+        self.product = self.product * straight(&hit, class, self.straight, self.cover);
         if self.product.is_zero() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
@@ -159,8 +171,10 @@ impl Visit for Product<'_> {
 /// All crossings with their classes, for a product that must be taken in order.
 pub(super) struct Passed<'a> {
     pub t_max: f32,
-    /// Order, class.
-    pub passed: &'a mut Vec<((f32, bool, u32), u32)>,
+    pub straight: &'a [Matrix],
+    pub cover: Option<&'a Cover>,
+    /// Order, what goes through.
+    pub passed: &'a mut Vec<((f32, bool, u32), Matrix)>,
     pub blocked: bool,
 }
 
@@ -174,23 +188,23 @@ impl Visit for Passed<'_> {
 
     #[inline(always)]
     fn hit(&mut self, hit: Hit, class: u32) -> ControlFlow<()> {
-        let class = matter(class);
-        if class == BLOCKER {
+        let through = straight(&hit, class, self.straight, self.cover);
+        if through.is_zero() {
             self.blocked = true;
             return ControlFlow::Break(());
         }
-        self.passed.push((order(&hit), class));
+        self.passed.push((order(&hit), through));
         ControlFlow::Continue(())
     }
 }
 
 impl Passed<'_> {
     /// h1, h2, … are met in this order from the ray's origin, so light from its far end meets h1 last.
-    pub fn product(self, straight: &[Matrix]) -> Matrix {
+    pub fn product(self) -> Matrix {
         if self.blocked {
             return Matrix::ZERO;
         }
         self.passed.sort_unstable_by(|(a, _), (b, _)| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * straight[hit.1 as usize])
+        self.passed.iter().fold(Matrix::IDENTITY, |product, hit| product * hit.1)
     }
 }
