@@ -87,7 +87,7 @@ fn shares_of_lobes_follow_the_metallic_roughness_model() {
         "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5 },
             "KHR_materials_ior": { "ior": 1.25 } } }));
     let glass = Lobe::Dielectric(Dielectric { ior: 1.25, tint: colour });
-    assert_eq!(found, [(0.75, diffuse(false)), (0.25, glass)]);
+    assert_eq!(found, [(0.25, glass), (0.75, diffuse(false))]);
     assert!(note(&scene, "rough glass") && note(&scene, "rough metal"));
 }
 
