@@ -1,10 +1,13 @@
 //! What must hold for any bytes given as a scene or as a picture. Tests run it on damaged files, and so do the fuzz targets in
 //! `fuzz/`.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use halflight::atlas::Atlas;
 use halflight::error::Error;
 use halflight::film::read_exr;
-use halflight::scene::Scene;
+use halflight::scene::{Choice, Pose, Scene};
+use serde_json::json;
 use std::path::PathBuf;
 use tempfile::TempDir;
 
@@ -23,10 +26,51 @@ fn file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
 pub fn scene(bytes: &[u8]) {
     let name = if bytes.starts_with(b"glTF") { "damaged.glb" } else { "damaged.gltf" };
     let (_folder, path) = file(name, bytes);
-    match Scene::load(path) {
+    match Scene::load(&path) {
         Ok(scene) => sound(&scene),
         Err(error) => one_line(&error),
     }
+    let pose = Some(Pose { animation: None, seconds: 0.4 });
+    match Scene::load_chosen(path, &Choice { pose, ..Choice::default() }) {
+        Ok(loaded) => sound(&loaded.scene),
+        Err(error) => one_line(&error),
+    }
+}
+
+/// They are unpacked as whatever their first four bytes choose, or refused in one line: the codec, how many elements of which
+/// length, the filter. The rest is the stream.
+///
+/// # Panics
+/// Where neither is so.
+pub fn packed(bytes: &[u8]) {
+    let Some(([codec, count, stride, filter], stream)) = bytes.split_first_chunk() else { return };
+    let pick = |from: &[&'static str], by: u8| from[usize::from(by) % from.len()];
+    let stride = 4 * (1 + u64::from(*stride % 16));
+    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(stream));
+    let accessor =
+        |kind: &str, component: u32| json!({ "type": kind, "componentType": component, "count": count });
+    let mut json = json!({
+        "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "buffers": [{ "byteLength": stream.len(), "uri": uri }],
+        "bufferViews": [{ "buffer": 0, "byteLength": stream.len() }],
+        "accessors": [accessor("VEC3", 5126), accessor("SCALAR", 5125), accessor("VEC3", 5126)],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 2 }, "indices": 1 }] }],
+        "materials": [{ "emissiveFactor": [1, 1, 1] }],
+    });
+    if codec % 4 == 0 {
+        json["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_draco_mesh_compression": {
+            "bufferView": 0, "attributes": { "POSITION": filter % 8, "NORMAL": filter / 8 % 8 } } });
+    } else {
+        let mode = pick(&["ATTRIBUTES", "TRIANGLES", "INDICES"], codec % 4 - 1);
+        let filter = pick(&["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"], *filter);
+        json["extensionsRequired"] = json!(["KHR_meshopt_compression"]);
+        json["bufferViews"][0]["extensions"] = json!({ "KHR_meshopt_compression": { "buffer": 0,
+            "byteLength": stream.len(), "byteStride": stride, "count": count, "mode": mode, "filter": filter } });
+        for accessor in 0..3 {
+            json["accessors"][accessor]["bufferView"] = json!(0);
+        }
+    }
+    scene(json.to_string().as_bytes());
 }
 
 /// No number that is not finite, no index out of bounds.

@@ -1,6 +1,8 @@
 //! Files that others made: those of ../shared that are there. Where they are not, these tests say so and pass.
 
+use crate::damage;
 use halflight::scene::{Choice, Projection, Scene};
+use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -86,6 +88,28 @@ fn copies_poses_and_targets_of_the_corpus() {
             pulse.mesh.bounds().1.y + pulse.origin.y as f32
                 > rest.mesh.bounds().1.y + rest.origin.y as f32 + 0.1
         );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Bytes of the binary chunk, where streams, keys and targets are.
+    #[test]
+    fn damaged_files_of_the_corpus(
+        which in 0_usize..5,
+        hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+    ) {
+        let name = ["pirate", "simple-instancing", "Fox", "morph-stress-test", "japanese-bridge-garden"][which];
+        if let Some(path) = shared(&format!("corpus/{name}.glb")) {
+            let mut bytes = fs::read(path).expect("a file");
+            let start = 28 + bytes[12..16].iter().rev().fold(0, |n, byte| n << 8 | usize::from(*byte));
+            for (index, value) in hits {
+                let at = start + index.index(bytes.len() - start);
+                bytes[at] = value;
+            }
+            damage::scene(&bytes);
+        }
     }
 }
 

@@ -222,11 +222,24 @@ proptest! {
     }
 
     #[test]
+    fn any_streams(bytes in prop::collection::vec(any::<u8>(), 4..200)) {
+        damage::packed(&bytes);
+    }
+
+    #[test]
     fn damaged_streams_of_draco(hits in prop::collection::vec((168_usize..400, any::<u8>()), 1..6)) {
         let mut small = by_draco();
         for (at, value) in hits.into_iter().filter(|(at, _)| *at < small.binary.len()).collect::<Vec<_>>() {
             small.binary[at] = value;
         }
         damage::scene(&small.glb());
+    }
+}
+
+/// Streams as the fuzz target `packed` takes them: damage to one of each codec.
+#[test]
+fn the_streams_of_the_fuzz_target_are_read() {
+    for seed in std::fs::read_dir("fuzz/seeds/packed").expect("seeds") {
+        damage::packed(&std::fs::read(seed.expect("a seed").path()).expect("bytes"));
     }
 }
