@@ -5,7 +5,7 @@
 //! gather radius blurs the first or leaves the second noisy. The beam of a path tells the two apart from the path alone,
 //! without looking at other photons.
 
-use crate::optics::{Dielectric, Lobe, Normals};
+use crate::optics::{Dielectric, Lobe, Normals, RoughDielectric};
 use glam::Vec3;
 
 /// The change of a path's place and direction with each of two numbers, of which paths have unit density.
@@ -73,8 +73,8 @@ impl Beam {
         let normal = side * normals.shading;
         let (c, reflected) = (from.dot(normal), to.dot(normal) > 0.0);
         let eta = match lobe {
-            Lobe::Dielectric(Dielectric { ior, .. }) if side > 0.0 => 1.0 / ior,
-            Lobe::Dielectric(Dielectric { ior, .. }) => *ior,
+            Lobe::Dielectric(Dielectric { ior, .. })
+            | Lobe::RoughDielectric(RoughDielectric { ior, .. }) => if side > 0.0 { 1.0 / ior } else { *ior },
             _ => 1.0,
         };
         if !reflected && eta == 1.0 {

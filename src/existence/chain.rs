@@ -67,13 +67,13 @@ impl Chain {
 
     /// The most that one reflection of `material` makes of a watt of live light, in the channel where it is largest.
     pub fn most_reflected(self, material: &Material) -> f64 {
-        let together = material.pattern.as_ref().map(|pattern| pattern.most_reflected());
+        let together = material.most;
         let columns = (0..3).flat_map(|channel| {
             [0, 1].map(|column| {
                 let terms = material.bsdf.terms.iter();
                 let sums =
                     terms.map(|term| self.column(term.coefficient, column) * lossless(&term.lobe, channel));
-                // The lobes of a pattern are not all at their most in the same place.
+                // Lobes are not all at their most in the same place, or for light from the same direction.
                 let most = together.map_or(f64::INFINITY, |most| {
                     self.column(material.reflects, column) * f64::from(most[channel])
                 });

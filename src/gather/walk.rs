@@ -221,7 +221,10 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
                 continue;
             }
-            self.tally.read(here, term, (rows, mark), pixel, rng);
+            let lobe = self.plan.rays.lobe_at(term.lobe, point);
+            if !lobe.is_delta() {
+                self.tally.read(here, &Term { lobe, ..*term }, (rows, mark), pixel, rng);
+            }
         }
     }
 

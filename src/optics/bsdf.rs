@@ -209,7 +209,7 @@ impl Lobe {
 
     /// True for the interface of a solid: the body is behind its back.
     pub fn is_solid(&self) -> bool {
-        matches!(self, Self::Dielectric(_))
+        matches!(self, Self::Dielectric(_) | Self::RoughDielectric(_))
     }
 
     /// True for lobes so narrow that what they reflect of a small luminaire is a caustic.
@@ -242,6 +242,14 @@ impl Bsdf {
     /// True when some term is diffuse-like: photons deposited here can be seen by density estimation.
     pub fn has_finite_lobe(&self) -> bool {
         self.terms.iter().any(|term| !term.lobe.is_delta())
+    }
+
+    /// What power that arrives from `wi` counts for where it is read without its direction: the share that layers above Lambert's
+    /// lobes let through. They are the same over all of them.
+    #[inline(always)]
+    pub fn arrival(&self, normals: &Normals, wi: Vec3) -> f32 {
+        let mut read = self.terms.iter().filter_map(|term| term.lobe.as_diffuse());
+        read.next().map_or(1.0, |lobe| lobe.arrival(normals, wi))
     }
 
     /// True when camera rays go on by some term: a delta lobe, or a glossy one.

@@ -3,7 +3,7 @@ use super::numbers::Numbers;
 use super::population::{LONG, Population, unit_at_first};
 use super::reads::Reads;
 use crate::light::Light;
-use crate::optics::{Bsdf, Lobe, Normals, Term, Transport};
+use crate::optics::{Bsdf, Dielectric, Lobe, Normals, RoughDielectric, Term, Transport};
 use crate::rays::{Hit, Ray, Rays, left_of};
 use crate::sampling::endurance;
 use crate::scene::{Material, MatterAt, Scene, SurfacePoint, View};
@@ -295,13 +295,14 @@ impl<'a> Walk<'a> {
         let cos = to.dot(normals.shading).abs();
         let mut between = None;
         for term in &encounter.bsdf.terms {
-            let value = term.lobe.eval(normals, from, to) * cos;
+            let lobe = self.rays.lobe_at(term.lobe, &encounter.at);
+            let value = lobe.eval(normals, from, to) * cos;
             let reads = reads.through(term.coefficient).filtered(value);
             if reads.is_zero() {
                 continue;
             }
             let weight = connection.pdf_solid_angle.map_or(1.0, |by_connection| {
-                let by_chance = encounter.share(term) / shares * term.lobe.pdf(normals, from, to);
+                let by_chance = encounter.share(term) / shares * lobe.pdf(normals, from, to);
                 power_heuristic(by_connection, by_chance)
             });
             let (between, left) = *between.get_or_insert_with(|| {
@@ -421,8 +422,10 @@ impl<const N: usize> AddAssign for Reading<N> {
 /// By what refraction scales radiance on the way from `from` to `to`: η² of the side left over that of the side entered.
 fn compression(lobe: &Lobe, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
     match lobe {
-        Lobe::Dielectric(glass) if normals.is_front(from) != normals.is_front(to) => {
-            if normals.is_front(from) { 1.0 / (glass.ior * glass.ior) } else { glass.ior * glass.ior }
+        Lobe::Dielectric(Dielectric { ior, .. }) | Lobe::RoughDielectric(RoughDielectric { ior, .. })
+            if normals.is_front(from) != normals.is_front(to) =>
+        {
+            if normals.is_front(from) { 1.0 / (ior * ior) } else { ior * ior }
         }
         _ => 1.0,
     }

@@ -49,6 +49,6 @@ impl Cover {
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let uvs = [0, 1].map(|set| corners.iter().zip(weights).map(|(corner, w)| w * corner.uvs[set]).sum());
         let colour = corners.iter().zip(weights).map(|(corner, w)| w * corner.colour).sum();
-        Some(material.straight_at(&Inputs { uvs, widths: [0.0; 2], colour }))
+        Some(material.straight_at(&Inputs { uvs, colour, ..Inputs::default() }))
     }
 }

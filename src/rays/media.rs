@@ -15,7 +15,7 @@
 use super::touching::{Bounds, touching};
 use super::{Hit, Ray, Rays, Tree};
 use crate::light::Matrix;
-use crate::optics::{Dielectric, Lobe, dispersed};
+use crate::optics::{Dielectric, Lobe, RoughDielectric, dispersed};
 use crate::scene::{Material, Mesh, Scene, SurfacePoint};
 use fearless_simd::Level;
 use glam::Vec3;
@@ -234,6 +234,7 @@ impl Solid {
                 let terms = &scene.materials[surface.material as usize].bsdf.terms;
                 let glass = terms.iter().find_map(|term| match term.lobe {
                     Lobe::Dielectric(glass) => Some(glass),
+                    Lobe::RoughDielectric(RoughDielectric { ior, tint, .. }) => Some(Dielectric { ior, tint }),
                     _ => None,
                 })?;
                 let mut add = || {

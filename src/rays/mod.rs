@@ -21,7 +21,7 @@ mod walk;
 mod widen;
 
 use crate::light::Matrix;
-use crate::optics::{Dielectric, Lobe, dispersed};
+use crate::optics::{Dielectric, Lobe, RoughDielectric, dispersed};
 use crate::scene::{Backs, Material, MatterAt, Scene, SurfacePoint};
 use build::Tree;
 use cover::Cover;
@@ -203,11 +203,15 @@ impl Rays {
     pub fn lobe_at(&self, lobe: Lobe, point: &SurfacePoint) -> Lobe {
         match (&self.media, lobe) {
             (Some(media), Lobe::Dielectric(glass)) => Lobe::Dielectric(media.interface(glass, point, None)),
+            (Some(media), Lobe::RoughDielectric(RoughDielectric { ior, alpha, tint })) => {
+                let Dielectric { ior, tint } = media.interface(Dielectric { ior, tint }, point, None);
+                Lobe::RoughDielectric(RoughDielectric { ior, alpha, tint })
+            }
             _ => lobe,
         }
     }
 
-    /// The same for light of which each colour carries `carried`. Where its colours part, one of them goes on for all: the lobe is that of
+    /// The same for light of which each colour carries `carried`. Rough glass spreads no colours. Where its colours part, one of them goes on for all: the lobe is that of
     /// the one that `u` in [0, 1) chooses, and the filter makes up for the others.
     #[inline(always)]
     pub fn lobe_for(
@@ -218,7 +222,7 @@ impl Rays {
         carried: impl FnOnce() -> Vec3,
         u: impl FnOnce() -> f32,
     ) -> (Lobe, Vec3) {
-        if !self.disperses(material) || !lobe.is_solid() {
+        if !self.disperses(material) || !matches!(lobe, Lobe::Dielectric(_)) {
             return (self.lobe_at(lobe, point), Vec3::ONE);
         }
         let carried = carried();
@@ -243,7 +247,7 @@ impl Rays {
             (None, Lobe::Dielectric(glass)) => {
                 Lobe::Dielectric(Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass })
             }
-            _ => lobe,
+            _ => self.lobe_at(lobe, point),
         }
     }
 

@@ -130,14 +130,28 @@ fn check_vertices<T>(
 }
 
 fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
-    let Pbr { base, metallic, roughness, transmission, emissive, emission, ior, .. } = pattern;
-    let shares = [base.factor.x, base.factor.y, base.factor.z, *metallic, *roughness, transmission.factor];
+    let Pbr { base, metallic, roughness, emissive, emission, ior, .. } = pattern;
+    let colours = [base.factor, pattern.sheen.factor, pattern.translucent_colour.factor];
+    let mut shares: Vec<f32> = colours.iter().flat_map(|colour| colour.to_array()).collect();
+    shares.extend([*metallic, *roughness, pattern.alpha]);
+    let others = [
+        &pattern.transmission,
+        &pattern.specular,
+        &pattern.translucence,
+        &pattern.coat,
+        &pattern.coat_roughness,
+        &pattern.sheen_roughness,
+    ];
+    shares.extend(others.map(|share| share.factor));
+    shares.extend(pattern.anisotropy.iter().map(|grain| grain.strength));
     if let Some(share) = shares.iter().find(|share| !(0.0..=1.0).contains(*share)) {
         return Err(format!("a factor of its pattern is {share}; it goes from 0 to 1"));
     }
     let emits = is_colour(emissive.factor) && emission.iter().copied().all(is_amount);
     let placed = pattern.textures().all(|texture| texture.transform.is_finite() && texture.set < 2);
-    let bumps = pattern.normal.as_ref().is_none_or(|map| map.scale.is_finite());
+    let bumps = pattern.normal.as_ref().is_none_or(|map| map.scale.is_finite())
+        && pattern.anisotropy.as_ref().is_none_or(|grain| grain.rotation.is_finite())
+        && is_colour(pattern.specular_colour.factor);
     match emits && placed && bumps && *ior > 0.0 && ior.is_finite() {
         true => Ok(()),
         false => Err("a number of its pattern is negative or not finite, or a texture's set beyond 1".into()),

@@ -4,7 +4,7 @@
 use super::material::Follows;
 use super::texture::{Image, Sampler, Texture, Wrap};
 use super::{
-    Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
+    Alpha, Anisotropy, Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
     Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
@@ -160,9 +160,11 @@ fields! {
     Scene { mesh, surfaces, materials, luminaires, camera; name, origin, illumination, notes }
     Surface { material, smooth, closed; name }
     Pbr {
-        base, vertex_colours, metallic, roughness, metallic_roughness, transmission, ior, solid, two_sided, unlit, emissive,
-        emission, normal
+        base, alpha, coverage, vertex_colours, metallic, roughness, metallic_roughness, specular, specular_colour,
+        transmission, translucence, translucent_colour, coat, coat_roughness, sheen, sheen_roughness, anisotropy, ior, solid,
+        two_sided, unlit, emissive, emission, normal
     }
+    Anisotropy { strength, rotation, texture }
     NormalMap { texture, scale }
     VertexColours { most, mean }
     Texture { image, sampler, set, transform }
@@ -222,6 +224,9 @@ impl Fields for Material {
             backs,
             absorption,
             dispersion,
+            covered: _,
+            most: _,
+            straight_there: _,
             bsdf,
             reflects,
             resolved: _,
@@ -241,6 +246,16 @@ impl<T: Fields> Fields for Factor<T> {
     fn feed(&self, fnv: &mut Fnv) {
         let Self { factor, texture } = self;
         (factor, texture).feed(fnv);
+    }
+}
+
+impl Fields for Alpha {
+    fn feed(&self, fnv: &mut Fnv) {
+        match self {
+            Self::Opaque => 0_u32.feed(fnv),
+            Self::Mask(least) => (1_u32, least).feed(fnv),
+            Self::Blend => 2_u32.feed(fnv),
+        }
     }
 }
 

@@ -30,6 +30,14 @@ pub struct Material {
     pub absorption: Vec3,
     /// How its glass spreads colours: 20 over Abbe's number, as KHR_materials_dispersion has it; 0 not at all.
     pub dispersion: f32,
+    /// The share of the surface that is there, in (0, 1]: 1 as a rule, and where the `pattern` says how much is. Of what is not there
+    /// nothing is reflected or radiated, and light goes straight through.
+    pub covered: f32,
+    /// The most that all lobes together send on of light from any direction, linear RGB, where that is less than the sum of
+    /// their bounds.
+    pub(crate) most: Option<Vec3>,
+    /// The matrix of what goes straight through where it is there.
+    pub(crate) straight_there: Matrix,
     /// The resolved matrix BSDF; where there is a `pattern`, of `lobes`, which are its bounds.
     pub(crate) bsdf: Bsdf,
     /// The resolved matrix of the lobes.
@@ -74,6 +82,9 @@ impl Material {
             backs: Backs::Seen,
             absorption: Vec3::ZERO,
             dispersion: 0.0,
+            covered: 1.0,
+            most: None,
+            straight_there: Matrix::ZERO,
             bsdf: Bsdf::default(),
             reflects: Matrix::ZERO,
             resolved: String::new(),
@@ -90,11 +101,13 @@ impl Material {
 
     /// With the lobes of a glTF material, and with its pattern where it has one.
     fn made_of(self, pbr: Pbr) -> Self {
+        let most = Some(pbr.most_reflected());
+        let covered = if pbr.has_holes() { 1.0 } else { pbr.mean_covered() };
         let (lobes, pattern) = match pbr.varies() {
             true => (pbr.envelope().collect(), Some(Arc::new(pbr))),
             false => (pbr.lobes(&Inputs::default()).collect(), None),
         };
-        Self { lobes, pattern, ..self }
+        Self { lobes, pattern, most, covered, ..self }
     }
 
     /// Drops textures that nothing depends on, for a material whose matrices are resolved. False: there were none.
@@ -173,13 +186,33 @@ impl Material {
     pub fn at(&self, inputs: &Inputs) -> Cow<'_, Bsdf> {
         match &self.pattern {
             // Of lobes that all came to nothing, or that nothing reads, none comes back.
-            Some(pattern) if !self.bsdf.terms.is_empty() => {
-                let term = |(share, lobe)| Term { coefficient: share * self.reflects, lobe };
-                let terms = pattern.lobes(inputs).map(term).collect();
-                Cow::Owned(Bsdf { straight: self.bsdf.straight, terms })
+            Some(pattern) if !self.bsdf.terms.is_empty() || self.has_holes() => {
+                let covered = self.covered_at(inputs);
+                let term = |(share, lobe)| Term { coefficient: (covered * share) * self.reflects, lobe };
+                let read = !self.bsdf.terms.is_empty() && covered > 0.0;
+                let terms = if read { pattern.lobes(inputs).map(term).collect() } else { Vec::new() };
+                Cow::Owned(Bsdf { straight: partly(self.straight_there, covered), terms })
             }
             _ => Cow::Borrowed(&self.bsdf),
         }
+    }
+
+    /// True where more of it may be there in one place than in another.
+    pub fn has_holes(&self) -> bool {
+        self.pattern.as_ref().is_some_and(|pattern| pattern.has_holes())
+    }
+
+    fn covered_at(&self, inputs: &Inputs) -> f32 {
+        match &self.pattern {
+            // How much is there is a matter of the point: whoever looks from afar must meet the same holes.
+            Some(pattern) if pattern.has_holes() => pattern.covered(&Inputs { widths: [0.0; 2], ..*inputs }),
+            _ => self.covered,
+        }
+    }
+
+    /// What goes straight through at a point.
+    pub(crate) fn straight_at(&self, inputs: &Inputs) -> Matrix {
+        partly(self.straight_there, self.covered_at(inputs))
     }
 
     /// The matrix BSDF F = Σ C_k f_k that plans and bounds look at, at every point no less than that there; empty before it is
@@ -200,7 +233,8 @@ impl Material {
 
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
     pub fn is_nothing(&self) -> bool {
-        self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
+        let none = self.emission.is_none() && self.bsdf.terms.is_empty();
+        none && self.bsdf.straight == Matrix::IDENTITY && (self.straight_there == Matrix::IDENTITY || self.covered == 0.0)
     }
 
     /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).
@@ -223,6 +257,7 @@ impl Material {
             self.follows.t = ((theirs.is_none() || whitted) && !own(self.straight)).then_some(t);
         }
         self.reflects = matter.opaque;
+        self.straight_there = matter.straight;
         self.bsdf = self.assemble(matter);
     }
 
@@ -236,19 +271,34 @@ impl Material {
         }
         if let Some(own) = &mut self.follows.t {
             *own = t;
-            self.bsdf.straight = there.straight;
+            self.straight_there = there.straight;
+            self.bsdf.straight = self.straight();
         }
     }
 
+    /// What goes straight through it, and where it has holes something of all that goes through anywhere.
+    fn straight(&self) -> Matrix {
+        partly(self.straight_there, if self.has_holes() { 0.5 } else { self.covered })
+    }
+
     fn assemble(&self, matter: Matter) -> Bsdf {
-        Bsdf { straight: matter.straight, terms: self.terms(matter.opaque) }
+        Bsdf { straight: self.straight(), terms: self.terms(matter.opaque) }
     }
 
     fn terms(&self, opaque: Matrix) -> Vec<Term> {
         self.lobes
             .iter()
-            .map(|&(share, lobe)| Term { coefficient: share * opaque, lobe })
+            .map(|&(share, lobe)| Term { coefficient: (self.covered * share) * opaque, lobe })
             .filter(|term| !term.coefficient.is_zero())
             .collect()
     }
+}
+
+/// What goes straight through matter of which the share `covered` is there, where `straight` does so through all of it.
+fn partly(straight: Matrix, covered: f32) -> Matrix {
+    if covered == 1.0 {
+        return straight;
+    }
+    let (there, hole) = (covered * straight, 1.0 - covered);
+    Matrix { inv_inv: there.inv_inv + hole, vis_vis: there.vis_vis + hole, ..there }
 }

@@ -1,7 +1,9 @@
 //! The one place where a hit becomes matter.
 
+use super::texture::Texture;
 use super::{Emission, Material, Pbr, Scene, Surface, SurfacePoint};
 use crate::optics::Bsdf;
+use glam::Vec3;
 use std::borrow::Cow;
 
 /// What a line meets at a point.
@@ -37,6 +39,14 @@ impl Scene {
         }
     }
 
+    /// Right and up of a grain that is laid out as `texture`, or as the first set of texture coordinates.
+    fn grain(&self, point: &SurfacePoint, texture: Option<&Texture>) -> Option<(Vec3, Vec3)> {
+        let (tangent, up) = self.mesh.tangent(point, texture)?;
+        let out = point.normals.shading;
+        let right = (tangent - tangent.dot(out) * out).try_normalize()?;
+        Some((right, up * out.cross(right)))
+    }
+
     #[inline(never)]
     fn patterned<'a>(
         &'a self,
@@ -46,9 +56,12 @@ impl Scene {
         mut point: SurfacePoint,
         footprint: f32,
     ) -> MatterAt<'a> {
-        let inputs = self.mesh.inputs(&point, footprint);
+        let mut inputs = self.mesh.inputs(&point, footprint);
+        if let Some(grain) = &pattern.anisotropy {
+            inputs.tangent = self.grain(&point, grain.texture.as_ref().or(pattern.base.texture.as_ref()));
+        }
         if let Some(map) = &pattern.normal
-            && let Some((tangent, up)) = self.mesh.tangent(&point, &map.texture)
+            && let Some((tangent, up)) = self.mesh.tangent(&point, Some(&map.texture))
         {
             point.normals = map.at(&point.normals, tangent, up, &inputs);
         }

@@ -1,6 +1,6 @@
 use super::{Inputs, texture::Texture};
 use crate::optics::Normals;
-use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+use glam::{Mat2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use std::ops::{Add, Mul};
 
 /// Triangles in scene space (m). Counter-clockwise is the front.
@@ -157,8 +157,8 @@ impl Mesh {
     }
 
     /// Where the right of `texture` is at a point (any length), and 1 where its up is normal × right, else −1. Without tangents
-    /// that of the triangle as it is laid out. None: it is not laid out at all.
-    pub fn tangent(&self, point: &SurfacePoint, texture: &Texture) -> Option<(Vec3, f32)> {
+    /// that of the triangle as it is laid out (without a texture by the first set of coordinates). None: it is not laid out at all.
+    pub fn tangent(&self, point: &SurfacePoint, texture: Option<&Texture>) -> Option<(Vec3, f32)> {
         if !self.tangents.is_empty() {
             let corners = self.triangles[point.triangle as usize].map(|i| self.tangents[i as usize]);
             if corners.iter().all(|tangent| tangent.w != 0.0) {
@@ -166,13 +166,14 @@ impl Mesh {
                 return Some((self.between(point, &self.tangents).xyz(), up));
             }
         }
-        let uvs = &self.uvs[usize::from(texture.set & 1)];
+        let uvs = &self.uvs[texture.map_or(0, |texture| usize::from(texture.set & 1))];
         if uvs.is_empty() {
             return None;
         }
         let [a, b, c] = self.corners(point.triangle);
         let [ta, tb, tc] = self.triangles[point.triangle as usize].map(|i| uvs[i as usize]);
-        let [first, second] = [tb - ta, tc - ta].map(|step| texture.transform.matrix2 * step);
+        let turn = texture.map_or(Mat2::IDENTITY, |texture| texture.transform.matrix2);
+        let [first, second] = [tb - ta, tc - ta].map(|step| turn * step);
         // The image's second coordinate runs down.
         let turned = first.perp_dot(second);
         let right = (second.y * (b - a) - first.y * (c - a)) * turned.signum();

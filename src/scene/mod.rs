@@ -64,7 +64,7 @@ pub use material::{Backs, Material};
 pub use matter_at::MatterAt;
 pub(crate) use mesh::gamma;
 pub use mesh::{Mesh, Surface, SurfacePoint};
-pub use pbr::{Factor, NormalMap, Parameters, Pbr, VertexColours};
+pub use pbr::{Alpha, Anisotropy, Factor, NormalMap, Parameters, Pbr, VertexColours};
 pub use pose::Pose;
 pub use shape::Shape;
 pub use texture::Inputs;

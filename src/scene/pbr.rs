@@ -6,11 +6,57 @@
 use super::Emission;
 use super::texture::{Inputs, Texture};
 use crate::light::Light;
-use crate::optics::{Dielectric, Diffuse, Lobe, Mirror, Normals, ThinDielectric};
+use crate::optics::{
+    Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen,
+    ThinDielectric, Translucent, Velvet,
+};
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// Up to this roughness a surface is seen as perfectly smooth: its lobe is narrower than a pixel.
 pub(super) const SMOOTH: f32 = 1e-3;
+/// What a coat of index 1.5 mirrors at normal incidence.
+const COAT: f32 = 0.04;
+/// Least α of fibres: narrower than this they are seen from the side alone, and not well by numbers.
+const FIBRES: f32 = 1e-3;
+/// Directions that are looked at for the most that is reflected.
+const DIRECTIONS: u32 = 64;
+
+/// Shares of what a surface is made of.
+#[derive(Clone, Copy)]
+struct Shares {
+    metal: f32,
+    glass: f32,
+    body: f32,
+}
+
+/// What a body mirrors at normal and at grazing incidence.
+struct Specular {
+    f0: Vec3,
+    f90: f32,
+}
+
+/// GGX roughness of a roughness as artists give it.
+fn alpha(roughness: f32) -> f32 {
+    (roughness * roughness).max(1e-6)
+}
+
+/// A coat as a layer above others.
+fn coat_of(at: &Parameters) -> Clear {
+    Clear { f0: COAT * at.coat, f90: at.coat, alpha: alpha(at.coat_roughness) }
+}
+
+impl Anisotropy {
+    /// Parameters with the direction that the grain has at a point.
+    fn at(&self, inputs: &Inputs, at: Parameters) -> Parameters {
+        let Some((right, up)) = inputs.tangent else { return Parameters { anisotropy: 0.0, ..at } };
+        let along = match &self.texture {
+            Some(texture) => (2.0 * texture.of(inputs).xy() - 1.0).normalize_or(Vec2::X),
+            None => Vec2::X,
+        };
+        let along: Vec2 = Vec2::from_angle(self.rotation).rotate(along);
+        Parameters { tangent: (along.x * right + along.y * up).normalize_or(right), ..at }
+    }
+}
 
 /// A number or a colour, times what a texture says.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,11 +85,38 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
+/// How much of a surface is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// All of it.
+    #[default]
+    Opaque,
+    /// All of it where alpha is no less than this, nothing elsewhere.
+    Mask(f32),
+    /// Of each place the share that alpha says.
+    Blend,
+}
+
+/// A grain: roughness that depends on the direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Anisotropy {
+    /// How much rougher it is along its direction, in [0, 1].
+    pub strength: f32,
+    /// Its direction, counter-clockwise from the tangent, radians.
+    pub rotation: f32,
+    /// Direction in red and green, as 2 x − 1, what `strength` is multiplied by in blue.
+    pub texture: Option<Texture>,
+}
+
 /// The parameters of a glTF material, each with its texture. Shares and colours are in [0, 1].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pbr {
-    /// What metal mirrors and the rest scatters, linear: red, green, blue of the texture.
+    /// What metal mirrors and the rest scatters, linear: red, green, blue of the texture. Its alpha says how much there is.
     pub base: Factor<Vec3>,
+    /// What alpha of the texture is multiplied by.
+    pub alpha: f32,
+    /// What alpha means.
+    pub coverage: Alpha,
     /// The vertices' colours, where they multiply `base`.
     pub vertex_colours: Option<VertexColours>,
     /// Share of metal: blue of `metallic_roughness`.
@@ -52,9 +125,27 @@ pub struct Pbr {
     pub roughness: f32,
     /// Roughness in green, metal in blue.
     pub metallic_roughness: Option<Texture>,
+    /// The strength of what a body that is no metal mirrors: alpha of the texture.
+    pub specular: Factor<f32>,
+    /// Its colour at normal incidence, ≥ 0: red, green, blue.
+    pub specular_colour: Factor<Vec3>,
     /// Share of what is not metal that goes through: red of the texture.
     pub transmission: Factor<f32>,
-    /// Refractive index of what light goes through.
+    /// Share of what a body scatters that leaves on its other side: alpha of the texture.
+    pub translucence: Factor<f32>,
+    /// Its colour.
+    pub translucent_colour: Factor<Vec3>,
+    /// A clear coat above all: red of the texture.
+    pub coat: Factor<f32>,
+    /// Its roughness: green.
+    pub coat_roughness: Factor<f32>,
+    /// Fibres above all but the coat: their colour.
+    pub sheen: Factor<Vec3>,
+    /// Their roughness: alpha.
+    pub sheen_roughness: Factor<f32>,
+    /// A grain of what mirrors.
+    pub anisotropy: Option<Anisotropy>,
+    /// Refractive index of what light goes through, and of the body that mirrors.
     pub ior: f32,
     /// Whether it encloses a body; else it is a thin pane.
     pub solid: bool,
@@ -75,12 +166,34 @@ pub struct Pbr {
 pub struct Parameters {
     /// Base colour.
     pub base: Vec3,
+    /// Alpha.
+    pub alpha: f32,
     /// Share of metal.
     pub metallic: f32,
     /// Roughness.
     pub roughness: f32,
+    /// Strength of what a body mirrors.
+    pub specular: f32,
+    /// Its colour.
+    pub specular_colour: Vec3,
     /// Share of what is not metal that goes through.
     pub transmission: f32,
+    /// Share of what is scattered that goes through.
+    pub translucence: f32,
+    /// Its colour.
+    pub translucent_colour: Vec3,
+    /// How much clear coat there is.
+    pub coat: f32,
+    /// Its roughness.
+    pub coat_roughness: f32,
+    /// Colour of fibres.
+    pub sheen: Vec3,
+    /// Their roughness.
+    pub sheen_roughness: f32,
+    /// How much rougher along the grain.
+    pub anisotropy: f32,
+    /// Along the grain, in the world.
+    pub tangent: Vec3,
 }
 
 impl Default for Pbr {
@@ -88,11 +201,22 @@ impl Default for Pbr {
     fn default() -> Self {
         Self {
             base: Factor { factor: Vec3::ONE, texture: None },
+            alpha: 1.0,
+            coverage: Alpha::Opaque,
             vertex_colours: None,
             metallic: 1.0,
             roughness: 1.0,
             metallic_roughness: None,
+            specular: Factor::new(1.0),
+            specular_colour: Factor::new(Vec3::ONE),
             transmission: Factor::default(),
+            translucence: Factor::default(),
+            translucent_colour: Factor::new(Vec3::ONE),
+            coat: Factor::default(),
+            coat_roughness: Factor::default(),
+            sheen: Factor::default(),
+            sheen_roughness: Factor::default(),
+            anisotropy: None,
             ior: 1.5,
             solid: false,
             two_sided: false,
@@ -118,7 +242,10 @@ impl<T: Copy> Factor<T> {
 impl Pbr {
     /// True where it is not the same everywhere.
     pub fn varies(&self) -> bool {
-        self.normal.is_some() || self.vertex_colours.is_some() || self.textures().next().is_some()
+        self.normal.is_some()
+            || self.vertex_colours.is_some()
+            || self.anisotropy.is_some()
+            || self.textures().next().is_some()
     }
 
     /// All its textures, that of normals among them.
@@ -128,33 +255,50 @@ impl Pbr {
 
     /// The same, and what each says.
     pub fn named_textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
-        let Self { base, metallic_roughness, transmission, emissive, normal, .. } = self;
         [
-            ("base colour", base.texture.as_ref()),
-            ("metallic-roughness", metallic_roughness.as_ref()),
-            ("transmission", transmission.texture.as_ref()),
-            ("emissive", emissive.texture.as_ref()),
-            ("normal", normal.as_ref().map(|map| &map.texture)),
+            ("base colour", self.base.texture.as_ref()),
+            ("metallic-roughness", self.metallic_roughness.as_ref()),
+            ("specular", self.specular.texture.as_ref()),
+            ("specular colour", self.specular_colour.texture.as_ref()),
+            ("transmission", self.transmission.texture.as_ref()),
+            ("diffuse transmission", self.translucence.texture.as_ref()),
+            ("diffuse transmission colour", self.translucent_colour.texture.as_ref()),
+            ("clear coat", self.coat.texture.as_ref()),
+            ("clear coat roughness", self.coat_roughness.texture.as_ref()),
+            ("sheen", self.sheen.texture.as_ref()),
+            ("sheen roughness", self.sheen_roughness.texture.as_ref()),
+            ("anisotropy", self.anisotropy.as_ref().and_then(|grain| grain.texture.as_ref())),
+            ("emissive", self.emissive.texture.as_ref()),
+            ("normal", self.normal.as_ref().map(|map| &map.texture)),
         ]
         .into_iter()
         .filter_map(|(what, texture)| Some((what, texture?)))
     }
 
     /// Without textures that nothing depends on: neither its lobes, where they are read at all, nor what it is seen to radiate,
-    /// nor its normals.
+    /// nor its normals, nor how much of it is there.
     #[must_use]
     pub fn read(&self, lobes: bool) -> Self {
         let mut kept = self.clone();
         let (lobes, picture) = (lobes && !self.unlit, self.shows_picture());
-        if !lobes && !(self.unlit && picture) {
+        if !lobes && !(self.unlit && picture) && !self.has_holes() {
             (kept.base.texture, kept.vertex_colours) = (None, None);
         }
         if !lobes {
-            kept.transmission.texture = None;
-        }
-        // What is neither metal nor glass looks the same however rough it is.
-        if !lobes || (self.metallic == 0.0 && self.transmission.factor == 0.0) {
-            kept.metallic_roughness = None;
+            for share in [
+                &mut kept.specular,
+                &mut kept.transmission,
+                &mut kept.translucence,
+                &mut kept.coat,
+                &mut kept.coat_roughness,
+                &mut kept.sheen_roughness,
+            ] {
+                share.texture = None;
+            }
+            for colour in [&mut kept.specular_colour, &mut kept.translucent_colour, &mut kept.sheen] {
+                colour.texture = None;
+            }
+            (kept.metallic_roughness, kept.anisotropy) = (None, None);
         }
         if self.unlit || !picture {
             kept.emissive.texture = None;
@@ -163,27 +307,100 @@ impl Pbr {
     }
 
     /// The most that its lobes together send on at any point of light of each channel, which is less than the sum of
-    /// [`envelope`](Self::envelope): where there is metal there is no glass.
+    /// [`envelope`](Self::envelope): where there is metal there is no glass, and what a layer mirrors does not reach what is below.
     pub fn most_reflected(&self) -> Vec3 {
         let [least, most] = self.extremes();
-        most.base.lerp(Vec3::ONE, most.transmission * (1.0 - least.metallic))
+        let opaque = [least.roughness, most.roughness].into_iter().fold(most.base, |known, roughness| {
+            let at = Parameters { roughness, transmission: 0.0, metallic: 0.0, ..most };
+            let metal = Parameters { metallic: 1.0, ..at };
+            let metals = if most.metallic > 0.0 { self.most_at(&metal) } else { Vec3::ZERO };
+            let bodies = if least.metallic < 1.0 { self.most_at(&at) } else { Vec3::ZERO };
+            known.max(metals).max(bodies)
+        });
+        opaque.min(Vec3::ONE).lerp(Vec3::ONE, most.transmission * (1.0 - least.metallic))
+    }
+
+    /// The most that all lobes together send on of light from any direction.
+    fn most_at(&self, at: &Parameters) -> Vec3 {
+        let normals = Normals::flat(Vec3::Z);
+        let lobes: Vec<_> = Self { two_sided: true, ..self.clone() }.lobes_of(at).collect();
+        let sum = |step: u32| {
+            let mu = (step as f32 / DIRECTIONS as f32).powi(2).max(1e-4);
+            let from = Vec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+            lobes.iter().map(|(share, lobe)| *share * lobe.share(&normals, from)).sum::<Vec3>()
+        };
+        // Between those that are looked at albedos are smooth.
+        (0..=DIRECTIONS).map(sum).fold(Vec3::ZERO, Vec3::max) * 1.002
     }
 
     /// The parameters at a point.
     pub fn parameters(&self, inputs: &Inputs) -> Parameters {
-        let colour = if self.vertex_colours.is_some() { inputs.colour.xyz() } else { Vec3::ONE };
-        self.of(|texture| texture.of(inputs), colour)
+        let colour = if self.vertex_colours.is_some() { inputs.colour } else { Vec4::ONE };
+        let of = self.of(|texture| texture.of(inputs), colour);
+        match &self.anisotropy {
+            Some(grain) => grain.at(inputs, of),
+            None => of,
+        }
     }
 
     /// What textures say is `look`'s affair.
-    fn of(&self, look: impl Fn(&Texture) -> Vec4, colour: Vec3) -> Parameters {
-        let rough = self.metallic_roughness.as_ref().map_or(Vec4::ONE, &look);
+    fn of(&self, look: impl Fn(&Texture) -> Vec4, colour: Vec4) -> Parameters {
+        let texel = |texture: &Option<Texture>| texture.as_ref().map_or(Vec4::ONE, &look);
+        let share = |of: &Factor<f32>, channel: usize| of.factor * texel(&of.texture)[channel];
+        let rgb = |of: &Factor<Vec3>| of.factor * texel(&of.texture).xyz();
+        let (base, rough) = (texel(&self.base.texture), texel(&self.metallic_roughness));
+        let grain = self.anisotropy.as_ref();
         Parameters {
-            base: self.base.factor * self.base.texel(&look).xyz() * colour,
+            base: self.base.factor * base.xyz() * colour.xyz(),
+            alpha: self.alpha * base.w * colour.w,
             metallic: self.metallic * rough.z,
             roughness: self.roughness * rough.y,
-            transmission: self.transmission.factor * self.transmission.texel(&look).x,
+            specular: share(&self.specular, 3),
+            specular_colour: rgb(&self.specular_colour),
+            transmission: share(&self.transmission, 0),
+            translucence: share(&self.translucence, 3),
+            translucent_colour: rgb(&self.translucent_colour),
+            coat: share(&self.coat, 0),
+            coat_roughness: share(&self.coat_roughness, 1),
+            sheen: rgb(&self.sheen),
+            sheen_roughness: share(&self.sheen_roughness, 3),
+            anisotropy: grain.map_or(0.0, |grain| grain.strength * texel(&grain.texture).z),
+            tangent: Vec3::X,
         }
+    }
+
+    /// The share of the surface that is there at a point.
+    pub fn covered(&self, inputs: &Inputs) -> f32 {
+        match self.coverage {
+            Alpha::Opaque => 1.0,
+            _ => {
+                let texel = self.base.texture.as_ref().map_or(1.0, |texture| texture.of(inputs).w);
+                let vertex = if self.vertex_colours.is_some() { inputs.colour.w } else { 1.0 };
+                self.covers(self.alpha * texel * vertex)
+            }
+        }
+    }
+
+    /// What alpha means.
+    fn covers(&self, alpha: f32) -> f32 {
+        match self.coverage {
+            Alpha::Opaque => 1.0,
+            Alpha::Mask(least) => f32::from(u8::from(alpha >= least)),
+            Alpha::Blend => alpha.clamp(0.0, 1.0),
+        }
+    }
+
+    /// True where more of it may be there in one place than in another.
+    pub fn has_holes(&self) -> bool {
+        let varies = self.base.texture.as_ref().is_some_and(|texture| texture.image.least().w < texture.image.most().w)
+            || self.vertex_colours.is_some();
+        self.coverage != Alpha::Opaque && varies
+    }
+
+    /// The share of it that is there: that of all places where it is the same, else the mean.
+    pub fn mean_covered(&self) -> f32 {
+        let texel = self.base.texture.as_ref().map_or(1.0, |texture| texture.image.mean().w);
+        self.covers(self.alpha * texel)
     }
 
     /// The lobes at a point, with their shares.
@@ -194,20 +411,15 @@ impl Pbr {
     /// The lobes that parameters make, with their shares, which are above 0: **what a new lobe is to be added to**, and to
     /// [`envelope`](Self::envelope).
     pub fn lobes_of(&self, at: &Parameters) -> impl Iterator<Item = (f32, Lobe)> + use<> {
-        let Parameters { base, metallic, roughness, transmission } = *at;
-        let of_glass = transmission * (1.0 - metallic);
-        // Rough metal is seen as diffuse.
-        let (of_mirror, of_rest) = match roughness <= SMOOTH {
-            true => (metallic, 1.0 - metallic - of_glass),
-            false => (0.0, 1.0 - of_glass),
-        };
-        self.kinds([(of_mirror, base), (of_glass, base), (of_rest, base)])
+        let glass = at.transmission * (1.0 - at.metallic);
+        let shares = Shares { metal: at.metallic, glass, body: 1.0 - at.metallic - glass };
+        self.made(at, shares, at.roughness <= SMOOTH).into_iter().flatten()
     }
 
     /// Each parameter at its least and at its most.
     pub fn extremes(&self) -> [Parameters; 2] {
-        let least = if self.vertex_colours.is_some() { Vec3::ZERO } else { Vec3::ONE };
-        let most = self.vertex_colours.map_or(Vec3::ONE, |colours| colours.most);
+        let least = if self.vertex_colours.is_some() { Vec4::ZERO } else { Vec4::ONE };
+        let most = self.vertex_colours.map_or(Vec4::ONE, |colours| colours.most.extend(1.0));
         [self.of(|texture| texture.image.least(), least), self.of(|texture| texture.image.most(), most)]
     }
 
@@ -215,27 +427,113 @@ impl Pbr {
     /// exceeds, to the rounding of [`Image`](super::texture::Image)'s smaller versions.
     pub fn envelope(&self) -> impl Iterator<Item = (f32, Lobe)> + use<> {
         let [least, most] = self.extremes();
-        let glass = |by: Parameters, metal: f32| by.transmission * (1.0 - metal);
-        let of_mirror = if least.roughness <= SMOOTH { most.metallic } else { 0.0 };
-        let of_rest = match most.roughness <= SMOOTH {
-            true => (1.0 - least.metallic) * (1.0 - least.transmission),
-            false => 1.0 - glass(least, most.metallic),
-        };
-        self.kinds([(of_mirror, most.base), (glass(most, least.metallic), most.base), (of_rest, most.base)])
+        let glass = most.transmission * (1.0 - least.metallic);
+        let body = (1.0 - least.metallic) * (1.0 - least.transmission);
+        let shares = Shares { metal: most.metallic, glass, body };
+        let smooth = self.made(&most, shares, true).into_iter().filter(move |_| least.roughness <= SMOOTH);
+        let rough = self.made(&most, shares, false).into_iter().filter(move |_| most.roughness > SMOOTH);
+        let mut all: Vec<(f32, Lobe)> = Vec::new();
+        for one in smooth.chain(rough).flatten() {
+            if !all.contains(&one) {
+                all.push(one);
+            }
+        }
+        all.into_iter()
     }
 
-    /// Lobes of mirrors, of glass and of what is diffuse, as far as they have a share.
-    fn kinds(&self, shares: [(f32, Vec3); 3]) -> impl Iterator<Item = (f32, Lobe)> + use<> {
-        let Self { two_sided, ior, solid, unlit, .. } = *self;
-        let kinds = shares.map(|(share, _)| share);
-        let [mirror, glass, diffuse] = shares.map(|(_, colour)| colour);
-        let mirror = Lobe::Mirror(Mirror { tint: mirror, two_sided });
-        let glass = match solid {
-            true => Lobe::Dielectric(Dielectric { ior, tint: glass }),
-            false => Lobe::ThinDielectric(ThinDielectric { ior, tint: glass }),
-        };
-        let diffuse = Lobe::Diffuse(Diffuse { albedo: diffuse, two_sided, under: None });
-        kinds.into_iter().zip([mirror, glass, diffuse]).filter(move |(share, _)| *share > 0.0 && !unlit)
+    /// All lobes that have a share.
+    fn made(&self, at: &Parameters, shares: Shares, smooth: bool) -> [Option<(f32, Lobe)>; 7] {
+        if self.unlit {
+            return [None; 7];
+        }
+        let Self { two_sided, ior, solid, .. } = *self;
+        let Shares { metal, glass, body } = shares;
+        let above = self.above(at);
+        let [of_coat, of_sheen] = self.topmost(at);
+        let specular = self.specular_of(at);
+        let clear = Clear { f0: specular.f0.max_element(), f90: specular.f90, alpha: alpha(at.roughness) };
+        let mirrors = clear.f0 > 0.0 || clear.f90 > 0.0;
+        let below = if mirrors { Some(above.unwrap_or(Layers::NONE).with_clear(clear)) } else { above };
+        // Metal and what a clear body mirrors have the same facets: reflectances add up.
+        let whole = smooth && metal >= 1.0 && above.is_none();
+        let (f0, f90) = (
+            (metal * at.base + body * specular.f0).min(Vec3::ONE),
+            Vec3::splat((metal + body * specular.f90).min(1.0)),
+        );
+        let facets = Glossy { under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
+        let mirror = Lobe::Mirror(Mirror { tint: at.base, two_sided });
+        let glossy = if whole { (1.0, mirror) } else { (1.0, Lobe::Glossy(facets)) };
+        // Glass has no layer above it in its lobe: it gets what one lets through on the average.
+        let through = above.map_or(1.0, |above| above.average());
+        let diffuse = Lobe::Diffuse(Diffuse { albedo: at.base, two_sided, under: below });
+        let translucent = Lobe::Translucent(Translucent { colour: at.translucent_colour, under: below });
+        let some = |holds: bool, one: (f32, Lobe)| (holds && one.0 > 0.0).then_some(one);
+        [
+            of_coat,
+            of_sheen,
+            some(metal > 0.0 || (body > 0.0 && mirrors), glossy),
+            some(true, (glass * through, self.glass(at, ior, solid, smooth))),
+            some(at.base != Vec3::ZERO, (body * (1.0 - at.translucence), diffuse)),
+            some(at.translucent_colour != Vec3::ZERO, (body * at.translucence, translucent)),
+            None,
+        ]
+    }
+
+    /// What light goes through.
+    fn glass(&self, at: &Parameters, ior: f32, solid: bool, smooth: bool) -> Lobe {
+        let (tint, alpha) = (at.base, alpha(at.roughness));
+        match (solid, smooth) {
+            (true, true) => Lobe::Dielectric(Dielectric { ior, tint }),
+            (true, false) => Lobe::RoughDielectric(RoughDielectric { ior, alpha, tint }),
+            (false, true) => Lobe::ThinDielectric(ThinDielectric { ior, tint }),
+            (false, false) => Lobe::RoughThin(RoughThin { ior, alpha, tint }),
+        }
+    }
+
+    /// Coat and fibres, as far as there are any.
+    fn topmost(&self, at: &Parameters) -> [Option<(f32, Lobe)>; 2] {
+        let two_sided = self.two_sided;
+        let (f0, f90) = (Vec3::splat(COAT * at.coat), Vec3::splat(at.coat));
+        let facets = [alpha(at.coat_roughness); 2];
+        let coat = Lobe::Glossy(Glossy::new(f0, f90, facets, Vec3::X, two_sided));
+        let under = (at.coat > 0.0).then(|| Layers::NONE.with_coat(coat_of(at)));
+        // The coat is the upper of the two.
+        let passed = under.map_or(1.0, |coat| coat.average());
+        let fibres = Sheen { colour: passed * at.sheen, alpha: alpha(at.sheen_roughness).max(FIBRES), two_sided };
+        [
+            (at.coat > 0.0).then_some((1.0, coat)),
+            (at.sheen != Vec3::ZERO).then_some((1.0, Lobe::Sheen(fibres))),
+        ]
+    }
+
+    /// What lies above metal and body. None: nothing.
+    fn above(&self, at: &Parameters) -> Option<Layers> {
+        if at.coat <= 0.0 && at.sheen == Vec3::ZERO {
+            return None;
+        }
+        let mut layers = Layers::NONE;
+        if at.coat > 0.0 {
+            layers = layers.with_coat(coat_of(at));
+        }
+        if at.sheen != Vec3::ZERO {
+            let (weight, alpha) = (at.sheen.max_element(), alpha(at.sheen_roughness).max(FIBRES));
+            layers = layers.with_sheen(Velvet { weight, alpha });
+        }
+        Some(layers)
+    }
+
+    /// What a body mirrors: KHR_materials_ior and KHR_materials_specular.
+    fn specular_of(&self, at: &Parameters) -> Specular {
+        let normal = ((self.ior - 1.0) / (self.ior + 1.0)).powi(2);
+        // Without a difference of indices there is nothing that could mirror.
+        let f90 = if normal > 0.0 { at.specular } else { 0.0 };
+        Specular { f0: at.specular * (normal * at.specular_colour).min(Vec3::ONE), f90 }
+    }
+
+    /// GGX roughness along the grain and across: KHR_materials_anisotropy.
+    fn alphas(&self, at: &Parameters) -> [f32; 2] {
+        let across = alpha(at.roughness);
+        [across + (1.0 - across) * at.anisotropy * at.anisotropy, across]
     }
 
     /// What it radiates at a point, of both halves.
@@ -244,7 +542,7 @@ impl Pbr {
             true => self.parameters(inputs).base,
             false => self.emissive.factor * self.emissive.texel(|texture| texture.of(inputs)).xyz(),
         };
-        self.halves(colour)
+        self.halves(self.covered(inputs) * colour)
     }
 
     /// The mean of what it radiates over its images and vertices.
@@ -252,11 +550,11 @@ impl Pbr {
         let colour = match self.unlit {
             true => {
                 let mean = self.vertex_colours.map_or(Vec3::ONE, |colours| colours.mean);
-                self.of(|texture| texture.image.mean(), mean).base
+                self.of(|texture| texture.image.mean(), mean.extend(1.0)).base
             }
             false => self.emissive.factor * self.emissive.texel(|texture| texture.image.mean()).xyz(),
         };
-        self.halves(colour)
+        self.halves(self.mean_covered() * colour)
     }
 
     fn halves(&self, colour: Vec3) -> Light {

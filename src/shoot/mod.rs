@@ -182,7 +182,7 @@ impl<'a, P: Power> Walk<'a, P> {
             if self.photon_plan.deposits[surface.material as usize]
                 && self.photon_plan.classes.contains(line.class)
             {
-                self.deposit(&line, hit.t, &point, arriving, rng);
+                self.deposit(&line, hit.t, &point, arriving.scaled(bsdf.arrival(&point.normals, -line.direction)), rng);
             }
             let met = Met { surface, material, bsdf, hit, point: &point };
             let sent_on = self.spawn(&line, &met, arriving, unit, rng);

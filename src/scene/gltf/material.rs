@@ -172,8 +172,8 @@ impl Made {
             VertexColours { most, mean }
         });
         let made = Material::pbr(material.name.clone(), Pbr { vertex_colours, ..pbr });
-        let Material { lobes, pattern, emission, .. } = made;
-        Material { lobes, pattern, emission, ..material }
+        let Material { lobes, pattern, emission, covered, most, .. } = made;
+        Material { lobes, pattern, emission, covered, most, ..material }
     }
 }
 

@@ -9,7 +9,7 @@ mod tests;
 pub use image::{Encoding, Image};
 pub use sampler::{Sampler, Wrap};
 
-use glam::{Affine2, Vec2, Vec4};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 /// An image as a material shows it.
@@ -34,11 +34,13 @@ pub struct Inputs {
     pub widths: [f32; 2],
     /// The colour of the vertices there, linear, with alpha; white where they have none.
     pub colour: Vec4,
+    /// Where the right of the material's grain is (any length), and its up; None: there is no grain, or nothing lays it out.
+    pub tangent: Option<(Vec3, Vec3)>,
 }
 
 impl Default for Inputs {
     fn default() -> Self {
-        Self { uvs: [Vec2::ZERO; 2], widths: [0.0; 2], colour: Vec4::ONE }
+        Self { uvs: [Vec2::ZERO; 2], widths: [0.0; 2], colour: Vec4::ONE, tangent: None }
     }
 }
 
