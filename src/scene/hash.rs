@@ -5,8 +5,8 @@ use super::material::Follows;
 use super::{Backs, Camera, Emission, Luminaire, Material, Mesh, Projection, Scene, SpotCone, Surface};
 use crate::light::{Light, Matrix};
 use crate::optics::{
-    Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, RoughDielectric, RoughThin, Sheen, Term,
-    ThinDielectric, Translucent, Velvet,
+    Bsdf, Clear, Dielectric, Diffuse, Film, Glossy, Layers, Lobe, Mirror, RoughDielectric, RoughThin, Sheen,
+    Term, ThinDielectric, Translucent, Velvet,
 };
 use glam::Vec3;
 
@@ -125,7 +125,8 @@ fields! {
     Follows { s, t }
     Bsdf { straight, terms }
     Term { coefficient, lobe }
-    Glossy { f0, f90, alpha, tangent, two_sided, under }
+    Glossy { f0, f90, alpha, tangent, two_sided, film, under }
+    Film { ior, thickness, factor }
     Clear { f0, f90, alpha }
     RoughDielectric { ior, alpha, tint }
     RoughThin { ior, alpha, tint }
