@@ -37,12 +37,14 @@ pub(crate) struct Mean {
     pub(crate) grazing: f32,
 }
 
-/// Of light that does not leave a rough mirror by one facet, `missing` of it on the average, what comes back from Schlick's
-/// facets after all: F̄² Ē / (1 − F̄ (1 − Ē)), Kulla & Conty 2017.
-pub(crate) fn again(f0: f32, f90: f32, missing: f32) -> f32 {
-    let mean = f0 + (f90 - f0) / 21.0;
+/// Of light that does not leave a rough mirror by one facet, `missing` of it on the average, what comes back after all from
+/// facets that reflect `mean` on the average: F̄² Ē / (1 − F̄ (1 − Ē)), Kulla & Conty 2017.
+pub(crate) fn again(mean: f32, missing: f32) -> f32 {
     mean * mean * (1.0 - missing) / (1.0 - mean * missing)
 }
+
+/// The cosine-weighted average of Schlick's (1 − cos)⁵.
+pub(crate) const SCHLICK_MEAN: f32 = 1.0 / 21.0;
 
 /// The cosine-weighted average of `f` over cosines in [0, 1].
 pub(crate) fn cosine_weighted(f: impl Fn(f32) -> f32) -> f32 {

@@ -173,7 +173,7 @@ impl Lobe {
             Self::Mirror(lobe) => lobe.tint,
             Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ONE,
             Self::RoughDielectric(_) | Self::RoughThin(_) => Vec3::ONE,
-            Self::Glossy(lobe) => lobe.f0.max(lobe.f90),
+            Self::Glossy(lobe) => lobe.bound(),
             Self::Sheen(lobe) => lobe.colour,
             Self::Translucent(lobe) => lobe.colour,
         }

@@ -1,7 +1,7 @@
 use super::albedo;
 use super::microfacet::{Ggx, mirror};
 use super::rough::{Rough, turning_normal};
-use super::{Layers, Normals};
+use super::{Film, Layers, Normals};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -23,14 +23,16 @@ pub struct Glossy {
     pub tangent: Vec3,
     /// True: the back reflects as the front does. False: the back absorbs.
     pub two_sided: bool,
+    /// A film on it, which replaces the reflectances above as far as its factor says.
+    pub film: Option<Film>,
     /// What lies above it, if anything does.
     pub under: Option<Layers>,
 }
 
 impl Glossy {
-    /// With nothing above it.
+    /// With nothing on it and nothing above.
     pub fn new(f0: Vec3, f90: Vec3, alpha: [f32; 2], tangent: Vec3, two_sided: bool) -> Self {
-        Self { f0, f90, alpha, tangent, two_sided, under: None }
+        Self { f0, f90, alpha, tangent, two_sided, film: None, under: None }
     }
 
     /// An estimate of what is passed on of light from `from`: its directional albedo, layers above included.
@@ -42,21 +44,34 @@ impl Glossy {
     /// The albedo averaged over all directions, layers above not counted.
     pub fn average(&self) -> Vec3 {
         let mean = albedo::mean(self.mean_alpha());
-        let once = (1.0 - mean.missing) * self.f0 + mean.grazing * (self.f90 - self.f0);
-        once + mean.missing * self.again(mean.missing)
+        let here = 1.0 - mean.missing;
+        here * self.fresnel(mean.grazing / here) + mean.missing * self.again(mean.missing)
+    }
+
+    /// An upper bound of the reflectance from any direction.
+    pub(super) fn bound(&self) -> Vec3 {
+        let bare = self.f0.max(self.f90);
+        self.film.map_or(bare, |film| bare.lerp(Vec3::ONE, film.factor))
     }
 
     fn directional(&self, mu: f32) -> Vec3 {
         let alpha = self.mean_alpha();
         let here = albedo::albedo(mu, alpha);
-        let once = (1.0 - here.missing) * self.f0.lerp(self.f90, here.grazing);
-        once + here.missing * self.again(albedo::mean(alpha).missing)
+        let again = self.again(albedo::mean(alpha).missing);
+        (1.0 - here.missing) * self.fresnel(here.grazing) + here.missing * again
     }
 
     /// What comes back of light that does not leave by one facet, `missing` of it on the average.
     fn again(&self, missing: f32) -> Vec3 {
-        let channel = |k: usize| albedo::again(self.f0[k], self.f90[k], missing);
-        Vec3::new(channel(0), channel(1), channel(2))
+        self.fresnel(albedo::SCHLICK_MEAN).map(|mean| albedo::again(mean, missing))
+    }
+
+    /// Reflectance of a facet at the cosine for which (1 − cos)⁵ is `grazing`, in [0, 1].
+    fn fresnel(&self, grazing: f32) -> Vec3 {
+        let bare = self.f0.lerp(self.f90, grazing);
+        let Some(film) = self.film else { return bare };
+        let cos = 1.0 - grazing.powf(0.2);
+        bare.lerp(film.reflectance(self.f0, cos), film.factor)
     }
 
     /// What passes the layers above.
@@ -66,11 +81,6 @@ impl Glossy {
 
     fn mean_alpha(&self) -> f32 {
         (self.alpha[0] * self.alpha[1]).sqrt()
-    }
-
-    /// Schlick's reflectance of a facet that light meets at cosine `cos`.
-    fn fresnel(&self, cos: f64) -> Vec3 {
-        self.f0.lerp(self.f90, (1.0 - cos).powi(5) as f32)
     }
 }
 
@@ -91,8 +101,8 @@ impl Rough for Glossy {
         let alpha = self.mean_alpha();
         let [missing, entering] = [wo, wi].map(|w| albedo::albedo(w.z as f32, alpha).missing);
         let density = (1.0 - missing) * facets.mirrored(wo, half) as f32 + missing * grazing(wi.z, alpha);
-        let once =
-            (facets.density(half) * facets.visibility(wo, wi)) as f32 * self.fresnel(0.5 * half.length());
+        let facing = (1.0 - 0.5 * half.length()).max(0.0).powi(5) as f32;
+        let once = (facets.density(half) * facets.visibility(wo, wi)) as f32 * self.fresnel(facing);
         let mean = albedo::mean(alpha).missing;
         let more = missing * entering / (PI as f32 * mean) * self.again(mean);
         let passed = self.under.map_or(1.0, |layers| {

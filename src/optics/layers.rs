@@ -16,14 +16,19 @@ impl Clear {
     pub fn albedo(&self, mu: f32) -> f32 {
         let here = albedo::albedo(mu, self.alpha);
         let once = (1.0 - here.missing) * (self.f0 + (self.f90 - self.f0) * here.grazing);
-        once + here.missing * albedo::again(self.f0, self.f90, albedo::mean(self.alpha).missing)
+        once + here.missing * albedo::again(self.mean(), albedo::mean(self.alpha).missing)
     }
 
     /// What it reflects of light that comes from all directions alike.
     pub fn average(&self) -> f32 {
         let mean = albedo::mean(self.alpha);
         let once = (1.0 - mean.missing) * self.f0 + (self.f90 - self.f0) * mean.grazing;
-        once + mean.missing * albedo::again(self.f0, self.f90, mean.missing)
+        once + mean.missing * albedo::again(self.mean(), mean.missing)
+    }
+
+    /// What one facet reflects of light from all directions.
+    fn mean(&self) -> f32 {
+        self.f0 + (self.f90 - self.f0) * albedo::SCHLICK_MEAN
     }
 }
 

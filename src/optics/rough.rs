@@ -22,7 +22,7 @@ pub(super) trait Rough {
     /// [`draw`](Self::draw) finds `wi`.
     fn scatter(&self, wo: DVec3, wi: DVec3, front: bool) -> (Vec3, f32);
 
-    /// A direction nearly in proportion to what it carries.
+    /// A direction nearly in proportion to what it carries; one with z = 0 is absorbed.
     fn draw(&self, wo: DVec3, u: [f32; 3], front: bool) -> DVec3;
 }
 
@@ -66,7 +66,7 @@ pub(super) fn sample(
     let to = drawn(lobe, up, from, u, front)?;
     let (value, pdf) = seen(lobe, normals, from, to);
     let weight = value * (to.dot(normals.shading).abs() / pdf);
-    (pdf > 0.0 && value != Vec3::ZERO).then_some(Sample {
+    (pdf > 0.0).then_some(Sample {
         to,
         weight,
         pdf: Pdf::SolidAngle(pdf),
@@ -143,5 +143,6 @@ fn both(normals: &Normals, w: Vec3) -> [Vec3; 2] {
 fn drawn(lobe: &impl Rough, up: Vec3, from: Vec3, u: [f32; 3], front: bool) -> Option<Vec3> {
     let frame = Frame::new(up, lobe.tangent());
     let wo = frame.local(from);
-    (wo.z > 0.0).then(|| frame.world(lobe.draw(wo, u, front)))
+    let wi = (wo.z > 0.0).then(|| lobe.draw(wo, u, front))?;
+    (wi.z != 0.0).then(|| frame.world(wi))
 }

@@ -68,10 +68,14 @@ impl Rough for RoughDielectric {
         let eta = self.eta(front);
         let half = self.facets().facet(wo, [f64::from(u[0]), f64::from(u[1])]);
         let cos = wo.dot(half);
-        if u[2] < fresnel_dielectric(cos as f32, eta as f32) {
-            return mirror(wo, half);
-        }
-        let cos_to = (1.0 - (1.0 - cos * cos).max(0.0) / (eta * eta)).max(0.0).sqrt();
-        (cos / eta - cos_to) * half - wo / eta
+        let reflected = u[2] < fresnel_dielectric(cos as f32, eta as f32);
+        let to = if reflected {
+            mirror(wo, half)
+        } else {
+            let cos_to = (1.0 - (1.0 - cos * cos).max(0.0) / (eta * eta)).max(0.0).sqrt();
+            (cos / eta - cos_to) * half - wo / eta
+        };
+        // A steep facet may mirror light down, or refract it up: that meets another.
+        if (to.z > 0.0) == reflected { to } else { DVec3::X }
     }
 }

@@ -71,7 +71,7 @@ impl Rough for RoughThin {
         };
         // What a facet mirrors below the horizon is lost on either side.
         if above.z <= 0.0 {
-            return DVec3::new(1.0, 0.0, 0.0);
+            return DVec3::X;
         }
         above.with_z(if rest < reflectance { above.z } else { -above.z })
     }

@@ -141,6 +141,7 @@ fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
         &pattern.coat,
         &pattern.coat_roughness,
         &pattern.sheen_roughness,
+        &pattern.film,
     ];
     shares.extend(others.map(|share| share.factor));
     shares.extend(pattern.anisotropy.iter().map(|grain| grain.strength));
@@ -151,7 +152,9 @@ fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
     let placed = pattern.textures().all(|texture| texture.transform.is_finite() && texture.set < 2);
     let bumps = pattern.normal.as_ref().is_none_or(|map| map.scale.is_finite())
         && pattern.anisotropy.as_ref().is_none_or(|grain| grain.rotation.is_finite())
-        && is_colour(pattern.specular_colour.factor);
+        && is_colour(pattern.specular_colour.factor)
+        && pattern.film_ior > 0.0
+        && pattern.film_thickness.iter().copied().chain([pattern.film_ior]).all(is_amount);
     match emits && placed && bumps && *ior > 0.0 && ior.is_finite() {
         true => Ok(()),
         false => Err("a number of its pattern is negative or not finite, or a texture's set beyond 1".into()),

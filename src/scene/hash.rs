@@ -9,8 +9,8 @@ use super::{
 };
 use crate::light::{Light, Matrix};
 use crate::optics::{
-    Bsdf, Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, RoughDielectric, RoughThin, Sheen, Term,
-    ThinDielectric, Translucent, Velvet,
+    Bsdf, Clear, Dielectric, Diffuse, Film, Glossy, Layers, Lobe, Mirror, RoughDielectric, RoughThin, Sheen,
+    Term, ThinDielectric, Translucent, Velvet,
 };
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -161,7 +161,8 @@ fields! {
     Surface { material, smooth, closed; name }
     Pbr {
         base, alpha, coverage, vertex_colours, metallic, roughness, metallic_roughness, specular, specular_colour,
-        transmission, translucence, translucent_colour, coat, coat_roughness, sheen, sheen_roughness, anisotropy, ior, solid,
+        transmission, translucence, translucent_colour, coat, coat_roughness, sheen, sheen_roughness, anisotropy, film,
+        film_ior, film_thickness, film_texture, ior, solid,
         two_sided, unlit, emissive, emission, normal
     }
     Anisotropy { strength, rotation, texture }
@@ -173,7 +174,8 @@ fields! {
     Follows { s, t }
     Bsdf { straight, terms }
     Term { coefficient, lobe }
-    Glossy { f0, f90, alpha, tangent, two_sided, under }
+    Glossy { f0, f90, alpha, tangent, two_sided, film, under }
+    Film { ior, thickness, factor }
     Clear { f0, f90, alpha }
     RoughDielectric { ior, alpha, tint }
     RoughThin { ior, alpha, tint }

@@ -7,13 +7,13 @@ use super::Emission;
 use super::texture::{Inputs, Texture};
 use crate::light::Light;
 use crate::optics::{
-    Clear, Dielectric, Diffuse, Glossy, Layers, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen,
+    Clear, Dielectric, Diffuse, Film, Glossy, Layers, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen,
     ThinDielectric, Translucent, Velvet,
 };
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// Up to this roughness a surface is seen as perfectly smooth: its lobe is narrower than a pixel.
-pub(super) const SMOOTH: f32 = 1e-3;
+const SMOOTH: f32 = 1e-3;
 /// What a coat of index 1.5 mirrors at normal incidence.
 const COAT: f32 = 0.04;
 /// Least α of fibres: narrower than this they are seen from the side alone, and not well by numbers.
@@ -145,6 +145,14 @@ pub struct Pbr {
     pub sheen_roughness: Factor<f32>,
     /// A grain of what mirrors.
     pub anisotropy: Option<Anisotropy>,
+    /// A thin film on what mirrors: how much of it there is, red of the texture.
+    pub film: Factor<f32>,
+    /// The film's index.
+    pub film_ior: f32,
+    /// The film's thickness in nanometres where green of the texture is 0, and where it is 1 or there is none.
+    pub film_thickness: [f32; 2],
+    /// What lies between those two.
+    pub film_texture: Option<Texture>,
     /// Refractive index of what light goes through, and of the body that mirrors.
     pub ior: f32,
     /// Whether it encloses a body; else it is a thin pane.
@@ -194,6 +202,10 @@ pub struct Parameters {
     pub anisotropy: f32,
     /// Along the grain, in the world.
     pub tangent: Vec3,
+    /// How much of a thin film there is.
+    pub film: f32,
+    /// Its thickness, nm.
+    pub film_thickness: f32,
 }
 
 impl Default for Pbr {
@@ -217,6 +229,10 @@ impl Default for Pbr {
             sheen: Factor::default(),
             sheen_roughness: Factor::default(),
             anisotropy: None,
+            film: Factor::default(),
+            film_ior: 1.3,
+            film_thickness: [100.0, 400.0],
+            film_texture: None,
             ior: 1.5,
             solid: false,
             two_sided: false,
@@ -267,6 +283,8 @@ impl Pbr {
             ("clear coat roughness", self.coat_roughness.texture.as_ref()),
             ("sheen", self.sheen.texture.as_ref()),
             ("sheen roughness", self.sheen_roughness.texture.as_ref()),
+            ("iridescence", self.film.texture.as_ref()),
+            ("iridescence thickness", self.film_texture.as_ref()),
             ("anisotropy", self.anisotropy.as_ref().and_then(|grain| grain.texture.as_ref())),
             ("emissive", self.emissive.texture.as_ref()),
             ("normal", self.normal.as_ref().map(|map| &map.texture)),
@@ -292,13 +310,14 @@ impl Pbr {
                 &mut kept.coat,
                 &mut kept.coat_roughness,
                 &mut kept.sheen_roughness,
+                &mut kept.film,
             ] {
                 share.texture = None;
             }
             for colour in [&mut kept.specular_colour, &mut kept.translucent_colour, &mut kept.sheen] {
                 colour.texture = None;
             }
-            (kept.metallic_roughness, kept.anisotropy) = (None, None);
+            (kept.metallic_roughness, kept.anisotropy, kept.film_texture) = (None, None, None);
         }
         if self.unlit || !picture {
             kept.emissive.texture = None;
@@ -366,6 +385,11 @@ impl Pbr {
             sheen_roughness: share(&self.sheen_roughness, 3),
             anisotropy: grain.map_or(0.0, |grain| grain.strength * texel(&grain.texture).z),
             tangent: Vec3::X,
+            film: share(&self.film, 0),
+            film_thickness: {
+                let [thin, thick] = self.film_thickness;
+                thin + (thick - thin) * texel(&self.film_texture).y
+            },
         }
     }
 
@@ -455,12 +479,13 @@ impl Pbr {
         let mirrors = clear.f0 > 0.0 || clear.f90 > 0.0;
         let below = if mirrors { Some(above.unwrap_or(Layers::NONE).with_clear(clear)) } else { above };
         // Metal and what a clear body mirrors have the same facets: reflectances add up.
-        let whole = smooth && metal >= 1.0 && above.is_none();
+        let whole = smooth && metal >= 1.0 && above.is_none() && at.film == 0.0;
         let (f0, f90) = (
             (metal * at.base + body * specular.f0).min(Vec3::ONE),
             Vec3::splat((metal + body * specular.f90).min(1.0)),
         );
-        let facets = Glossy { under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
+        let film = (at.film > 0.0).then_some(Film { ior: self.film_ior, thickness: at.film_thickness, factor: at.film });
+        let facets = Glossy { film, under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
         let mirror = Lobe::Mirror(Mirror { tint: at.base, two_sided });
         let glossy = if whole { (1.0, mirror) } else { (1.0, Lobe::Glossy(facets)) };
         // Glass has no layer above it in its lobe: it gets what one lets through on the average.

@@ -5,3 +5,4 @@ mod dependencies;
 mod epsilons;
 mod lobes;
 mod order;
+mod rough;

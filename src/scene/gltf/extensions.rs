@@ -12,13 +12,11 @@ pub(super) enum Standing {
     Fine,
     /// Told of each thing that uses it.
     ToldWhereUsed,
-    /// Told of each material that uses it, unless this factor is 0, its default.
-    Factor(&'static str),
     /// Its geometry cannot be read, as this program was built without what unpacks it.
     Packed,
 }
 
-use Standing::{Factor, Fine, Packed, ToldWhereUsed};
+use Standing::{Fine, Packed, ToldWhereUsed};
 
 const KNOWN: &[(&str, Standing)] = &[
     ("KHR_lights_punctual", Fine),
@@ -38,15 +36,15 @@ const KNOWN: &[(&str, Standing)] = &[
     ("KHR_xmp", Fine),
     ("KHR_xmp_json_ld", Fine),
     ("EXT_texture_avif", ToldWhereUsed),
-    ("KHR_materials_pbrSpecularGlossiness", ToldWhereUsed),
+    ("KHR_materials_pbrSpecularGlossiness", Fine),
     ("KHR_texture_basisu", ToldWhereUsed),
     ("MSFT_texture_dds", ToldWhereUsed),
-    ("KHR_materials_clearcoat", Factor("clearcoatFactor")),
-    ("KHR_materials_sheen", Factor("sheenColorFactor")),
-    ("KHR_materials_anisotropy", Factor("anisotropyStrength")),
-    ("KHR_materials_iridescence", Factor("iridescenceFactor")),
-    ("KHR_materials_dispersion", Factor("dispersion")),
-    ("KHR_materials_diffuse_transmission", Factor("diffuseTransmissionFactor")),
+    ("KHR_materials_clearcoat", Fine),
+    ("KHR_materials_sheen", Fine),
+    ("KHR_materials_anisotropy", Fine),
+    ("KHR_materials_iridescence", Fine),
+    ("KHR_materials_dispersion", Fine),
+    ("KHR_materials_diffuse_transmission", Fine),
     (draco::NAME, if cfg!(feature = "draco") { Fine } else { Packed }),
     (meshopt::NAMES[0], if cfg!(feature = "meshopt") { Fine } else { Packed }),
     (meshopt::NAMES[1], if cfg!(feature = "meshopt") { Fine } else { Packed }),
@@ -87,12 +85,4 @@ pub(super) fn check_packing(json: &Value) -> Result<(), Reason> {
 
 fn things(list: &Value) -> impl Iterator<Item = &Value> {
     list.as_array().into_iter().flatten()
-}
-
-/// The largest absolute value of a number or of the numbers in an array.
-pub(super) fn numeric_extent(value: &Value) -> f64 {
-    match value {
-        Value::Array(values) => values.iter().map(numeric_extent).fold(0.0, f64::max),
-        _ => value.as_f64().unwrap_or(0.0).abs(),
-    }
 }

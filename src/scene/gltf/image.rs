@@ -139,6 +139,28 @@ impl<'a> Images<'a> {
         Ok((known?, self.sampler_of(texture)))
     }
 
+    /// The roughness, in green, of an image that has glossiness in alpha: 1 − `glossiness` × alpha.
+    pub fn roughness_of_gloss(
+        &mut self,
+        texture: usize,
+        glossiness: f32,
+    ) -> Result<(Arc<Image>, Sampler), Reason> {
+        let image = self.image_of(texture).ok_or("no image")?;
+        let name = label("image", image, self.accessors.root.images[image].name.as_deref());
+        let Pixels { width, height, channels } = self.pixels(image)?;
+        let count = (width as usize * height as usize).max(1);
+        let each = channels.len() / count;
+        let rough = |alpha: u8| (255.0 - glossiness * f32::from(alpha)).round() as u8;
+        let texel = |texel: &[u8]| {
+            let alpha = if each.is_multiple_of(2) { texel[each - 1] } else { 255 };
+            [255, rough(alpha), 255]
+        };
+        let texels = channels.chunks_exact(each.max(1)).flat_map(texel).collect();
+        let made = Image::new(name, [width, height], texels, Encoding::Data).ok_or("no pixels")?;
+        self.held += made.bytes() as u64;
+        Ok((Arc::new(made), self.sampler_of(texture)))
+    }
+
     fn sampler_of(&self, texture: usize) -> Sampler {
         let root = self.accessors.root;
         let sampler = root.textures.get(texture).and_then(|texture| texture.sampler);
@@ -168,18 +190,24 @@ impl<'a> Images<'a> {
     }
 
     fn decode(&mut self, image: usize, name: &str, encoding: Encoding) -> Result<Arc<Image>, Reason> {
+        let Pixels { width, height, channels } = self.pixels(image)?;
+        let made = Image::new(name, [width, height], channels, encoding).ok_or("no pixels")?;
+        self.held += made.bytes() as u64;
+        Ok(Arc::new(made))
+    }
+
+    /// An image as it is stored.
+    fn pixels(&mut self, image: usize) -> Result<Pixels, Reason> {
         let source = &self.accessors.root.images[image];
         let fits = self.memory.map_or(u64::MAX, |there| there.bytes.saturating_sub(self.held) / PIXEL_BYTES);
         let most = self.left.min(fits);
-        let Pixels { width, height, channels } = match (&source.uri, source.buffer_view) {
+        let pixels = match (&source.uri, source.buffer_view) {
             (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder, MOST_BYTES)?, most)?,
             (None, Some(view)) => Pixels::decode(self.accessors.view(view.value())?, most)?,
             (None, None) => return Err("no image".into()),
         };
-        let made = Image::new(name, [width, height], channels, encoding).ok_or("no pixels")?;
-        self.left -= u64::from(width) * u64::from(height);
-        self.held += made.bytes() as u64;
-        Ok(Arc::new(made))
+        self.left -= u64::from(pixels.width) * u64::from(pixels.height);
+        Ok(pixels)
     }
 }
 

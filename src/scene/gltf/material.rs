@@ -1,14 +1,13 @@
 //! From glTF materials to lobes with shares. What we cannot show yet is reported, never silently dropped.
 
 use super::Reason;
-use super::extensions::{Standing, numeric_extent, standing};
+use super::extensions::{Standing, standing};
 use super::extras::{EmissionScale, Extras, Place};
 use super::image::Images;
 use super::notes::{Notes, label};
 use super::parameters::parameters;
 use crate::scene::assembly::Closure;
 use crate::scene::names::clean;
-use crate::scene::pbr::SMOOTH;
 use crate::scene::texture::Texture;
 use crate::scene::{Backs, Factor, Material, Parameters, Pbr, VertexColours};
 use glam::{Affine2, Vec3};
@@ -16,7 +15,7 @@ use gltf::json::Root;
 use gltf::json::extensions::material as extension;
 use gltf::json::material::{AlphaMode, Material as Source};
 use gltf::json::validation::Checked;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 /// A mesh whose holes are less than this share of its area is meant as a body: Blender's monkey has 0.053 (its
@@ -30,7 +29,6 @@ pub(super) struct Materials<'a> {
     default: Source,
     read: HashMap<Option<usize>, Rc<Reader>>,
     made: HashMap<(Option<usize>, bool, bool), u32>,
-    coated: BTreeSet<Option<usize>>,
     list: Vec<Made>,
 }
 
@@ -93,7 +91,6 @@ impl<'a> Materials<'a> {
             default: Source::default(),
             read: HashMap::new(),
             made: HashMap::new(),
-            coated: BTreeSet::new(),
             list: Vec::new(),
         })
     }
@@ -141,9 +138,6 @@ impl<'a> Materials<'a> {
             return Ok(index);
         }
         let material = reader.material(notes)?;
-        if reader.is_coated() {
-            self.coated.insert(wanted.material);
-        }
         let index = self.list.len() as u32;
         let pbr = Pbr { solid, ..reader.pbr.clone() };
         self.list.push(Made { material, pbr, colours: wanted.colours });
@@ -152,14 +146,7 @@ impl<'a> Materials<'a> {
     }
 
     /// All that were made.
-    pub fn finish(self, notes: &mut Notes) -> Vec<Material> {
-        match self.coated.len() {
-            0 => {}
-            n => notes.line(format!(
-                "{n} material{} a clear specular coat, which is not supported yet and left out",
-                if n == 1 { " has" } else { "s have" }
-            )),
-        }
+    pub fn finish(self) -> Vec<Material> {
         self.list.into_iter().map(Made::finish).collect()
     }
 }
@@ -187,7 +174,6 @@ impl Colours {
 /// One source material with its numbers checked.
 struct Reader {
     extensions: extension::Material,
-    alpha: bool,
     name: String,
     label: String,
     extras: Extras,
@@ -225,12 +211,10 @@ impl Reader {
         if pbr.emission.iter().any(|half| !(*half * most).is_finite()) {
             return Err(format!("{label}: its emission times extras `emission` is not finite"));
         }
-        let alpha = matches!(source.alpha_mode, Checked::Valid(AlphaMode::Mask | AlphaMode::Blend));
         Ok(Self {
             extremes: pbr.extremes(),
             pbr,
             thin: extras.thin()?,
-            alpha,
             extensions: source.extensions.clone().unwrap_or_default(),
             name,
             label,
@@ -248,12 +232,14 @@ impl Reader {
         if dark && self.extras.has_emission() {
             notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
         }
-        let see_through = self.pbr.two_sided || self.is_glass();
+        let see_through = self.pbr.two_sided || self.is_glass() || self.pbr.translucence.factor > 0.0;
         Ok(Material {
             illumination: self.extras.illumination()?,
             opaque: self.extras.opaque()?,
             straight: self.extras.straight()?,
             backs: self.extras.backs()?.unwrap_or(if see_through { Backs::Seen } else { Backs::Unseen }),
+            absorption: self.absorption(),
+            dispersion: self.dispersion(),
             ..Material::diffuse(self.name.clone(), Vec3::ZERO)
         })
     }
@@ -264,60 +250,41 @@ impl Reader {
         !self.pbr.unlit && most.transmission * (1.0 - least.metallic) > 0.0
     }
 
-    /// True where some of it is neither metal nor glass.
-    fn is_body(&self) -> bool {
-        let [least, _] = self.extremes;
-        (1.0 - least.metallic) * (1.0 - least.transmission) > 0.0
-    }
-
-    /// True when glTF puts a specular coat over a diffuse body here.
-    fn is_coated(&self) -> bool {
-        let specular = self.extensions.specular.as_ref();
-        let strength = specular.map_or(1.0, |s| s.specular_factor.0);
-        let tinted_out = specular.is_some_and(|s| s.specular_color_factor.0 == [0.0; 3]);
-        let body = !self.pbr.unlit && self.is_body();
-        body && self.pbr.ior != 1.0 && strength != 0.0 && !tinted_out
-    }
-
     fn report(&self, notes: &mut Notes) {
-        let rough = self.extremes[1].roughness > SMOOTH;
-        let metal = self.extremes[1].metallic > 0.0;
-        let facts = [
-            (self.has_coat_texture(), "specular textures are not supported yet"),
-            (metal && rough, "rough metal is not supported yet, it is seen as diffuse"),
-            (self.is_glass() && rough, "rough glass is not supported yet, it is seen as smooth"),
-            (self.absorbs(), "KHR_materials_volume (light absorbed on its way through) is not supported yet"),
-        ];
-        for (_, fact) in facts.iter().filter(|(holds, _)| *holds && !self.pbr.unlit) {
-            notes.about(fact, &self.name);
+        if self.extensions.others.contains_key(SPECULAR_GLOSSINESS) {
+            notes.about(
+                &format!("{SPECULAR_GLOSSINESS} is read as a body under a clear layer of its specular colour"),
+                &self.name,
+            );
         }
-        if self.alpha {
-            notes.about("alpha is not supported, the surface is opaque", &self.name);
-        }
-        for (extension, value) in &self.extensions.others {
-            let off = match standing(extension) {
-                Some(Standing::Fine) => true,
-                Some(Standing::Factor(key)) => value.get(key).map_or(0.0, numeric_extent) == 0.0,
-                _ => false,
-            };
-            if !off && !self.pbr.unlit {
+        for extension in self.extensions.others.keys() {
+            let read = matches!(standing(extension), Some(Standing::Fine));
+            if !read && !self.pbr.unlit {
                 notes.about(&format!("{extension} is not supported yet"), &self.name);
             }
         }
     }
 
-    fn has_coat_texture(&self) -> bool {
-        let specular = self.extensions.specular.as_ref();
-        specular.is_some_and(|s| s.specular_texture.is_some() || s.specular_color_texture.is_some())
+    /// What the body of glass absorbs on light's way, m⁻¹: KHR_materials_volume.
+    fn absorption(&self) -> Vec3 {
+        let Some(volume) = self.extensions.volume.as_ref().filter(|_| self.is_glass()) else { return Vec3::ZERO };
+        let distance = volume.attenuation_distance.0;
+        if !(distance.is_finite() && distance > 0.0) {
+            return Vec3::ZERO;
+        }
+        let colour = Vec3::from_array(volume.attenuation_color.0).clamp(DARKEST, Vec3::ONE);
+        -colour.map(f32::ln) / distance
     }
 
-    /// True for glass that takes light on its way through.
-    fn absorbs(&self) -> bool {
-        self.extensions.volume.as_ref().is_some_and(|v| {
-            self.is_glass()
-                && v.thickness_factor.0 > 0.0
-                && v.attenuation_distance.0.is_finite()
-                && v.attenuation_color.0 != [1.0; 3]
-        })
+    /// How its glass spreads colours: KHR_materials_dispersion.
+    fn dispersion(&self) -> f32 {
+        let dispersion = self.extensions.others.get("KHR_materials_dispersion");
+        let dispersion = dispersion.and_then(|more| more["dispersion"].as_f64()).unwrap_or(0.0) as f32;
+        if self.is_glass() && dispersion.is_finite() { dispersion.max(0.0) } else { 0.0 }
     }
 }
+
+/// What of light is left after the attenuation distance of a volume that leaves nothing.
+const DARKEST: Vec3 = Vec3::splat(1e-6);
+
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";

@@ -108,7 +108,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
     let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
     let form = Form { weights, variant };
     scene.shapes = shapes(&accessors, &placed, &form, &mut materials, &mut notes)?;
-    scene.materials = materials.finish(&mut notes);
+    scene.materials = materials.finish();
     let wanted = choice.camera.as_deref();
     let mut assembly = scene.assemble(camera::eye(&root, &placed, wanted))?;
     assembly.lines().into_iter().for_each(|line| notes.line(line));
