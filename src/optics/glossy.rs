@@ -105,9 +105,9 @@ impl Rough for Glossy {
         let once = (facets.density(half) * facets.visibility(wo, wi)) as f32 * self.fresnel(facing);
         let mean = albedo::mean(alpha).missing;
         let more = missing * entering / (PI as f32 * mean) * self.again(mean);
-        let passed = self.under.map_or(1.0, |layers| {
-            (layers.transmission(wo.z as f32) * layers.transmission(wi.z as f32)).sqrt()
-        });
+        let passed = self
+            .under
+            .map_or(1.0, |layers| layers.transmission(wo.z as f32).min(layers.transmission(wi.z as f32)));
         (passed * (once + more), density)
     }
 

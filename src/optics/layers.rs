@@ -45,7 +45,8 @@ pub struct Velvet {
 ///
 /// Of light that comes at cosine μ the share T(μ) = Π (1 − E(μ)) passes. A [`Diffuse`](super::Diffuse) below is seen as
 /// albedo / π · T(wo) T(wi) / T̄ with T̄ the cosine-weighted average of T: reciprocal, and a white one reflects exactly what the
-/// layers let pass (Kelemen & Szirmay-Kalos 2001). A [`Glossy`](super::Glossy) below is multiplied by √(T(wo) T(wi)).
+/// layers let pass (Kelemen & Szirmay-Kalos 2001). A [`Glossy`](super::Glossy) below is multiplied by the
+/// smaller of T(wo) and T(wi): exact for a smooth one, and never more than the layers let pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layers {
     pub(crate) clear: Option<Clear>,

@@ -111,6 +111,10 @@ fn shot(lobe: &impl Rough, normals: &Normals, from: Vec3, u: [f32; 3]) -> Option
         let frame = Frame::new(up, lobe.tangent());
         lobe.scatter(frame.local(from), frame.local(to), front).1
     };
+    // What is drawn about one normal and below its horizon is lost, whatever the other says.
+    if density(up) <= 0.0 {
+        return None;
+    }
     let mut pdf = first * density(ups[0]);
     if first < 1.0 {
         pdf += (1.0 - first) * density(ups[1]);

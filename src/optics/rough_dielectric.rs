@@ -24,7 +24,7 @@ impl RoughDielectric {
 
     /// Index of the far side over that of the near one.
     fn eta(&self, front: bool) -> f64 {
-        f64::from(if front { self.ior } else { 1.0 / self.ior })
+        if front { f64::from(self.ior) } else { 1.0 / f64::from(self.ior) }
     }
 
     fn facets(&self) -> Ggx {

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 use halflight::optics::{
-    Dielectric, Diffuse, Lobe, Mirror, Normals, ThinDielectric, Transport, fresnel_dielectric, refract,
+    Dielectric, Diffuse, Glossy, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen, ThinDielectric,
+    Translucent, Transport, fresnel_dielectric, refract,
 };
 use halflight::sampling::{Rng, Stream, warp};
 use proptest::prelude::*;
@@ -350,6 +351,12 @@ fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
         Lobe::Dielectric(Dielectric { ior: 1.5, tint }),
         Lobe::Dielectric(Dielectric { ior: 0.6, tint }),
         Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint }),
+        Lobe::Glossy(Glossy::new(tint, Vec3::ONE, [0.3, 0.1], Vec3::X, true)),
+        Lobe::Glossy(Glossy::new(tint, Vec3::ONE, [0.02; 2], Vec3::X, false)),
+        Lobe::RoughDielectric(RoughDielectric { ior: 1.5, alpha: 0.1, tint }),
+        Lobe::RoughThin(RoughThin { ior: 1.5, alpha: 0.1, tint }),
+        Lobe::Sheen(Sheen { colour: tint, alpha: 0.2, two_sided: true }),
+        Lobe::Translucent(Translucent { colour: tint, under: None }),
     ];
     let ends = [[-Vec3::X, Vec3::X], [Vec3::X, -Vec3::Z], [Vec3::Z, Vec3::new(-0.8, -0.6, 0.0)]];
     for (k, lobe) in lobes.iter().enumerate() {

@@ -143,7 +143,7 @@ fn chi2_z(counts: &[f64], expected: &[f64]) -> f64 {
 #[test]
 fn samples_follow_densities_and_carry_what_values_say() {
     let normals = Normals::flat(Vec3::Z);
-    let n = 250_000;
+    let n = 200_000;
     for roughness in ROUGHNESSES {
         for (k, (lobe, ior)) in lobes(roughness).into_iter().enumerate() {
             for from in directions() {
@@ -188,6 +188,119 @@ fn samples_follow_densities_and_carry_what_values_say() {
                 );
                 assert!(z < 5.0 && near, "{what}");
                 assert!(off.iter().all(|off| *off > 3.0), "{what}");
+            }
+        }
+    }
+}
+
+/// Reflectance or transmittance for light from everywhere, by samples, and its standard error.
+fn passed_on(lobe: &Lobe, normals: &Normals, from: Vec3, n: u32) -> (f64, f64) {
+    let mut rng = Rng::new(21, Stream::Test, 0, 0);
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for _ in 0..n {
+        let sample = lobe.sample(normals, from, Transport::Gathering, rng.f32x3());
+        let weight = sample.map_or(0.0, |sample| f64::from(sample.weight.x));
+        sum += weight;
+        squares += weight * weight;
+    }
+    let mean = sum / f64::from(n);
+    (mean, ((squares / f64::from(n) - mean * mean).max(0.0) / f64::from(n)).sqrt())
+}
+
+#[test]
+fn values_are_the_same_both_ways() {
+    let normals = Normals::flat(Vec3::Z);
+    let mut rng = Rng::new(8, Stream::Test, 0, 0);
+    for roughness in ROUGHNESSES {
+        for (lobe, ior) in lobes(roughness) {
+            let mut finite = 0;
+            for _ in 0..2000 {
+                let from = warp::sphere(rng.f32x2());
+                // Where the lobe is, and anywhere.
+                let to = match lobe.sample(&normals, from, Transport::Gathering, rng.f32x3()) {
+                    Some(sample) if rng.f32() < 0.5 => sample.to,
+                    _ => warp::sphere(rng.f32x2()),
+                };
+                let (there, back) = (lobe.eval(&normals, from, to), lobe.eval(&normals, to, from));
+                // Radiance over the square of the index is what is the same: Walter et al. 2007, §5.
+                let scale = |w: Vec3| if w.z > 0.0 { 1.0 } else { ior * ior };
+                let (there, back) = (there / scale(from), back / scale(to));
+                let (off, size) = ((there - back).abs().max_element(), there.max_element());
+                assert!(there.is_finite() && back.is_finite(), "{lobe:?}: {from} {to}");
+                assert!(off <= 2e-3 * size + 1e-6, "{lobe:?}: {from} {to}: {there} and {back}");
+                finite += i32::from(size > 0.0);
+            }
+            assert!(finite > 300, "{lobe:?}: {finite}");
+        }
+    }
+}
+
+#[test]
+fn a_white_rough_mirror_is_as_white_as_the_room() {
+    let normals = Normals::flat(Vec3::Z);
+    for roughness in ROUGHNESSES {
+        let alpha = roughness * roughness;
+        for z in [1.0, 0.8, 0.4, 0.15, 0.05, 0.01] {
+            let from = warp::about_z(z, 0.3);
+            let white = Lobe::Glossy(Glossy { f0: Vec3::ONE, ..glossy([alpha; 2]) });
+            let (seen, error) = passed_on(&white, &normals, from, 40_000);
+            assert!((seen - 1.0).abs() < 2e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
+            let pane = Lobe::RoughThin(RoughThin { ior: 1.5, alpha, tint: Vec3::ONE });
+            let (seen, error) = passed_on(&pane, &normals, from, 40_000);
+            assert!((seen - 1.0).abs() < 2e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
+        }
+    }
+}
+
+#[test]
+fn what_layers_do_not_reflect_reaches_what_is_below_and_leaves_again() {
+    let normals = Normals::flat(Vec3::Z);
+    for roughness in ROUGHNESSES {
+        let alpha = roughness * roughness;
+        let velvet = Velvet { weight: 0.8, alpha: alpha.max(0.01) };
+        let clear = Clear { f0: 0.04, f90: 1.0, alpha };
+        let varnish = Layers::NONE.with_sheen(velvet);
+        let white = |under| Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: true, under: Some(under) });
+        let glaze = Glossy { f0: Vec3::splat(0.04), ..glossy([alpha; 2]) };
+        let fibres =
+            Lobe::Sheen(Sheen { colour: Vec3::splat(velvet.weight), alpha: velvet.alpha, two_sided: true });
+        for z in [1.0, 0.5, 0.15, 0.05] {
+            let from = warp::about_z(z, 0.3);
+            let sum = |lobes: &[Lobe]| -> (f64, f64) {
+                let all = lobes.iter().map(|lobe| passed_on(lobe, &normals, from, 100_000));
+                all.fold((0.0, 0.0), |(sum, error), (more, other)| (sum + more, other.hypot(error)))
+            };
+            let china = [Lobe::Glossy(glaze), white(Layers::NONE.with_clear(clear))];
+            let (seen, error) = sum(&china);
+            assert!((seen - 1.0).abs() < 3e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
+            // Under fibres, the glaze too is seen through them; a rough one loses a little by the smaller of both ways.
+            let cloth = [
+                fibres,
+                Lobe::Glossy(Glossy { under: Some(varnish), ..glaze }),
+                white(Layers::NONE.with_clear(clear).with_sheen(velvet)),
+            ];
+            let (seen, error) = sum(&cloth);
+            assert!(seen < 1.003 + 3.5 * error && seen > 0.96, "{alpha} {z}: {seen} ± {error}");
+        }
+    }
+}
+
+#[test]
+fn shares_are_what_is_passed_on() {
+    let normals = Normals::flat(Vec3::Z);
+    for roughness in ROUGHNESSES {
+        let (alpha, colour) = (roughness * roughness, Vec3::splat(0.7));
+        for lobe in [
+            Lobe::Glossy(Glossy { f0: Vec3::splat(0.2), ..glossy([alpha; 2]) }),
+            Lobe::Sheen(Sheen { colour, alpha: alpha.max(0.05), two_sided: true }),
+            Lobe::Translucent(Translucent { colour, under: None }),
+        ] {
+            for z in [0.9, 0.3, 0.08] {
+                let from = warp::about_z(z, 0.3);
+                let share = f64::from(lobe.share(&normals, from).x);
+                let (seen, error) = passed_on(&lobe, &normals, from, 40_000);
+                assert!((share - seen).abs() < 4e-3 + 3.5 * error, "{lobe:?} {z}: {share}, {seen} ± {error}");
+                assert!(seen < f64::from(lobe.bound().x) + 2e-3 + 3.5 * error, "{lobe:?} {z}: {seen}");
             }
         }
     }
