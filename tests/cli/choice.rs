@@ -68,7 +68,7 @@ fn lively() -> String {
     // Times 2 and 4, then (0, 0, 0) and (0, 1, 0).
     let data = "data:application/octet-stream;base64,AAAAQAAAgEAAAAAAAAAAAAAAAAAAAAAAAACAPwAAAAA=";
     let push = |list: &mut serde_json::Value, thing: serde_json::Value| {
-        list.as_array_mut().expect("a list").push(thing)
+        list.as_array_mut().expect("a list").push(thing);
     };
     push(&mut json["buffers"], serde_json::json!({ "byteLength": 32, "uri": data }));
     push(&mut json["bufferViews"], serde_json::json!({ "buffer": 1, "byteLength": 8 }));

@@ -127,6 +127,7 @@ fn what_a_file_requires_is_told_as_what_it_uses() {
         "KHR_materials_made_up",
         "XYZ_unheard_of",
         "KHR_draco_mesh_compression",
+        "KHR_interactivity",
     ] {
         let used = Small::new().with("/extensionsUsed", json!([name]));
         let required = used.clone().with("/extensionsRequired", json!([name])).good();
@@ -134,6 +135,27 @@ fn what_a_file_requires_is_told_as_what_it_uses() {
     }
     let strange = Small::new().with("/extensionsRequired", json!(["XYZ_unheard_of"])).good();
     assert!(note(&strange, "XYZ_unheard_of"));
+}
+
+#[cfg(not(any(feature = "draco", feature = "meshopt")))]
+#[test]
+fn packed_geometry_is_refused_by_the_name_of_its_packing() {
+    let draco = "KHR_draco_mesh_compression";
+    let packed = |small: Small| {
+        let extension = json!({ draco: { "bufferView": 0, "attributes": { "POSITION": 0 } } });
+        small.with("/meshes/0/primitives/0/extensions", extension).with("/extensionsUsed", json!([draco]))
+    };
+    let required = packed(Small::new()).with("/extensionsRequired", json!([draco]));
+    assert!(required.error().contains(draco));
+    let bare = packed(Small::new()).with("/accessors/0/bufferView", Value::Null);
+    assert!(bare.error().contains(draco));
+    assert!(packed(Small::new()).good().notes.is_empty(), "the plain numbers are there too");
+
+    let meshopt = json!({ "EXT_meshopt_compression": { "buffer": 0, "byteLength": 48 } });
+    let small = Small::new().with("/bufferViews/0/extensions", meshopt);
+    let required = small.clone().with("/extensionsRequired", json!(["EXT_meshopt_compression"]));
+    assert!(required.error().contains("EXT_meshopt_compression"));
+    assert!(small.load().is_ok());
 }
 
 /// The small scene with the numbers of its tetrahedron as integers: positions of 16 bits, normals of 8.

@@ -198,11 +198,10 @@ fn a_pose_is_the_first_animation_at_a_time() {
     let scene = posed(animated(), "Go:2").unwrap();
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
     corners_at(&scene, &[turn * DVec3::new(-2.0, -1.0, 2.0), turn * DVec3::new(2.0, -1.0, -2.0)]);
-    let lamp = |pose: &str| match posed(animated(), pose).unwrap() {
-        Scene { luminaires, origin, .. } => match luminaires[0] {
-            Luminaire::Point { position, .. } => position.as_dvec3() + origin,
-            _ => panic!("a point light"),
-        },
+    let lamp = |pose: &str| {
+        let scene = posed(animated(), pose).unwrap();
+        let Luminaire::Point { position, .. } = scene.luminaires[0] else { panic!("a point light") };
+        position.as_dvec3() + scene.origin
     };
     assert!(lamp("2.9").distance(DVec3::new(0.0, 3.0, 0.0)) < 1e-6, "steps wait for their time");
     assert!(lamp("3").distance(DVec3::new(0.0, 9.0, 0.0)) < 1e-6);

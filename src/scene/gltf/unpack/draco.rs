@@ -16,6 +16,7 @@ pub(in super::super) const NAME: &str = "KHR_draco_mesh_compression";
 
 /// The bound on all that is unpacked of a file.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "draco"), expect(dead_code))]
 pub(in super::super) struct Most {
     pub triangles: u64,
     pub bytes: u64,
@@ -82,6 +83,7 @@ fn of_primitive(
 }
 
 /// An accessor, and what it says its elements are.
+#[cfg_attr(not(feature = "draco"), expect(dead_code))]
 struct Announced {
     index: usize,
     kind: Type,

@@ -54,11 +54,10 @@ impl<'a> Views<'a> {
     fn packing(&self, view: &'a View) -> Option<Packing<'a>> {
         let others = &view.extensions.as_ref()?.others;
         let plain = || self.root.buffers.get(view.buffer.value()).is_some_and(|buffer| !is_fallback(buffer));
-        let packed = NAMES.iter().zip(self.required).find_map(|(name, required)| {
+        NAMES.iter().zip(self.required).find_map(|(name, required)| {
             let says = others.get(*name)?;
             (required || !plain()).then_some(Packing { name, says })
-        });
-        packed
+        })
     }
 }
 
@@ -137,7 +136,8 @@ fn decode(_: &[u8], _: (usize, usize), _: &str, _: &str) -> Result<Vec<u8>, Reas
     Err(super::LEFT_OUT.into())
 }
 
-#[cfg(all(test, feature = "meshopt"))]
+#[cfg(test)]
+#[cfg(feature = "meshopt")]
 mod tests {
     use super::*;
     use meshoptimizer_rs::Workspace;
