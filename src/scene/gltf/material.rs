@@ -13,8 +13,7 @@ use crate::scene::{Backs, Factor, Material, Parameters, Pbr, VertexColours};
 use glam::{Affine2, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::material as extension;
-use gltf::json::material::{AlphaMode, Material as Source};
-use gltf::json::validation::Checked;
+use gltf::json::material::Material as Source;
 use std::collections::HashMap;
 use std::rc::Rc;
 
