@@ -498,7 +498,7 @@ impl Pbr {
             of_sheen,
             some(metal > 0.0 || (body > 0.0 && mirrors), glossy),
             some(true, (glass * through, self.glass(at, ior, solid, smooth))),
-            some(at.base != Vec3::ZERO, (body * (1.0 - at.translucence), diffuse)),
+            some(true, (body * (1.0 - at.translucence), diffuse)),
             some(at.translucent_colour != Vec3::ZERO, (body * at.translucence, translucent)),
             None,
         ]

@@ -38,6 +38,16 @@ fn jpeg() -> Vec<u8> {
     file
 }
 
+fn png_rgba(pixels: &[[u8; 4]]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, pixels.len() as u32, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header().expect("a header");
+    writer.write_image_data(pixels.as_flattened()).expect("written");
+    writer.finish().expect("written");
+    file
+}
+
 fn webp(pixels: &[[u8; 3]]) -> Vec<u8> {
     let mut file = Vec::new();
     let encoder = image_webp::WebPEncoder::new(&mut file);
@@ -63,10 +73,9 @@ fn first(small: Small) -> (Material, Scene) {
 }
 
 fn albedo(material: &Material) -> Vec3 {
-    match material.lobes[..] {
-        [(1.0, Lobe::Diffuse(Diffuse { albedo, .. }))] => albedo,
-        ref other => panic!("not diffuse alone: {other:?}"),
-    }
+    let diffuse = |(share, lobe): &(f32, Lobe)| lobe.as_diffuse().filter(|_| *share == 1.0).map(|it| it.albedo);
+    let mut diffuse = material.lobes.iter().filter_map(diffuse);
+    diffuse.next().unwrap_or_else(|| panic!("not diffuse: {:?}", material.lobes))
 }
 
 /// Where the texel of number `i` of `n` in a row has its middle.
@@ -155,9 +164,10 @@ fn images_are_laid_out_by_texture_coordinates() {
     }
     // At the first corner the first texel, at the second the other.
     let scene = laid_out(brick(), uvs, false).good();
-    let seen = |u: f32| match scene.matter_at(0, u, 0.0, 0.0).bsdf.terms[..] {
-        [Term { lobe: Lobe::Diffuse(Diffuse { albedo, .. }), .. }] => albedo,
-        ref other => panic!("{other:?}"),
+    let seen = |u: f32| {
+        let matter = scene.matter_at(0, u, 0.0, 0.0);
+        let diffuse = matter.bsdf.terms.iter().find_map(|term| term.lobe.as_diffuse()).expect("diffuse");
+        diffuse.albedo
     };
     let [a, b, _] = scene.mesh.triangles[0].map(|vertex| scene.mesh.uvs[0][vertex as usize]);
     assert_eq!([a.x, b.x], [0.25, 0.5]);
@@ -207,15 +217,17 @@ fn a_lamp_of_a_few_bright_texels_shines_as_they_do() {
 
 #[test]
 fn shares_of_metal_and_glass_and_the_roughness_are_the_stored_numbers() {
-    let material = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 } } });
+    let material = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 } },
+        "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } });
     let (half, _) = first(with_images(material, &[png(&[[9, 0, 255], [9, 0, 0]])]));
     let mirror = (1.0, Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
     let white = (1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: false, under: None }));
-    assert_eq!(half.lobes, [mirror, white], "what may occur");
+    assert_eq!(half.lobes[..2], [mirror, white], "what may occur");
     let lobes = |i: u32| pattern(&half).lobes(&middle(i, 2)).collect::<Vec<_>>();
     assert_eq!([lobes(0), lobes(1)], [[mirror], [white]]);
     let glass = json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 },
-        "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5, "transmissionTexture": { "index": 0 } } } });
+        "extensions": { "KHR_materials_specular": { "specularFactor": 0 },
+            "KHR_materials_transmission": { "transmissionFactor": 0.5, "transmissionTexture": { "index": 0 } } } });
     let (glass, _) = first(with_images(glass, &[png(&[[255, 7, 7], [0, 7, 7]])]));
     let shares = |i: u32| pattern(&glass).lobes(&middle(i, 2)).map(|(share, _)| share).collect::<Vec<_>>();
     assert_eq!([shares(0), shares(1)], [vec![0.5, 0.5], vec![1.0]]);
@@ -278,12 +290,21 @@ fn images_that_cannot_be_had_leave_the_factor_and_are_told() {
 }
 
 #[test]
-fn the_older_model_shows_what_its_two_layers_reflect_together() {
-    let layers = json!({ "diffuseFactor": [1, 0.5, 0, 1], "specularFactor": [0.2, 0.2, 0.2], "diffuseTexture": { "index": 0 } });
+fn the_older_model_is_a_body_under_a_layer_of_its_specular_colour() {
+    let layers = json!({ "diffuseFactor": [1, 0.5, 0, 1], "specularFactor": [0.2, 0.1, 0.3], "diffuseTexture": { "index": 0 },
+        "glossinessFactor": 0.5, "specularGlossinessTexture": { "index": 1 } });
     let material = json!({ "name": "Old", "extensions": { "KHR_materials_pbrSpecularGlossiness": layers } });
-    let (old, scene) = first(with_images(material, &[png(&[[255; 3], [0; 3]])]));
-    assert!((albedo(&old) - Vec3::new(0.6, 0.4, 0.2)).length() < 1e-6, "{}", albedo(&old));
-    assert!(note(&scene, "KHR_materials_pbrSpecularGlossiness is not supported yet: Old"));
+    let (old, scene) = first(with_images(material, &[png(&[[255; 3], [0; 3]]), png_rgba(&[[255, 255, 255, 51]])]));
+    assert!((albedo(&old) - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-6, "{}", albedo(&old));
+    let facets = old.lobes.iter().find_map(|(_, lobe)| match lobe {
+        Lobe::Glossy(facets) => Some(facets),
+        _ => None,
+    });
+    let facets = facets.expect("a clear layer");
+    assert!((facets.f0 - Vec3::new(0.2, 0.1, 0.3)).length() < 1e-4, "{}", facets.f0);
+    // Half of a fifth is glossy.
+    assert!((facets.alpha[0] - 0.81).abs() < 0.01, "{:?}", facets.alpha);
+    assert!(note(&scene, "KHR_materials_pbrSpecularGlossiness is read as a body under a clear layer"));
 }
 
 #[test]
