@@ -92,7 +92,7 @@ impl Tables {
             let alpha = f64::from(root * root);
             for (j, entry) in row.iter_mut().enumerate() {
                 let x = (j as f64 / (COSINES - 1) as f64).powi(2);
-                *entry = integrate(alpha * x / (1.0 + alpha - x), alpha).map(|value| value as f32);
+                *entry = integrate((alpha * x / (1.0 + alpha - x)).min(1.0), alpha).map(|value| value as f32);
             }
         }
         for i in 0..AVERAGES {
@@ -139,28 +139,37 @@ impl Tables {
 }
 
 /// Gauss and Legendre's four nodes in [0, 1] and their weights.
-const GAUSS: [(f64, f64); 4] = [
+pub(super) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_7, 0.173_927_422_568_726_9),
     (0.330_009_478_207_571_9, 0.326_072_577_431_273_1),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_1),
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_9),
 ];
 
-/// M and (Φ − (1 − μ)⁵) / α: the mean over the facets that are seen. Where facets are a hemisphere, those are evenly half of a disk
-/// across the view and half of an ellipse (Heitz 2018), which are cut into chords in planes of incidence. Along a chord
-/// facets tilt from one horizon of what they mirror to the other.
+/// M and (Φ − (1 − μ)⁵) / α.
 fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
-    let facets = Ggx { alpha: [alpha; 2] };
     let wo = DVec3::new((1.0 - mu * mu).sqrt(), 0.0, mu);
+    let [missing, grazing] = reflected(&Ggx { alpha: [alpha; 2] }, wo, gauss(CHORDS));
+    [missing, (grazing / (1.0 - missing) - (1.0 - mu).powi(5)) / alpha]
+}
+
+/// Means over the facets that `wo` sees: what goes on to another one, and (1 − wo·h)⁵ of what does not.
+///
+/// Where facets are a hemisphere, those are evenly half of a disk across the view and half of an ellipse (Heitz 2018). They
+/// are cut into chords in planes that stand upright, along which facets tilt from one horizon of what they mirror to the
+/// other. `chords` says where, in quarters of a turn sideways, and gives weights that sum to one over all.
+pub(super) fn reflected(facets: &Ggx, wo: DVec3, chords: impl Iterator<Item = (f64, f64)>) -> [f64; 2] {
     let round = facets.round(wo);
+    let out = DVec3::new(round.x, round.y, 0.0).try_normalize().unwrap_or(DVec3::X);
+    let (up, aside) = (DVec3::Z * out.dot(round) - round.z * out, DVec3::new(-out.y, out.x, 0.0));
     let (mut missing, mut grazing) = (0.0, 0.0);
-    for (node, weight) in gauss(CHORDS) {
+    for (node, weight) in chords {
         let (y, end) = (FRAC_PI_2 * node).sin_cos();
         let weight = 2.0 * weight * end * end / (1.0 + round.z);
         let facet = |tilt: f64| {
             let (x, along) = tilt.sin_cos();
-            let half = DVec3::new(along * round.x - x * round.z, y / end, along * round.z + x * round.x);
-            DVec3::new(alpha * half.x, alpha * half.y, half.z).normalize()
+            let half = along * round + x * up + y / end * aside;
+            DVec3::new(facets.alpha[0] * half.x, facets.alpha[1] * half.y, half.z).normalize()
         };
         let ends = [-round.z.min(1.0).asin(), FRAC_PI_2];
         let [from, to] = ends.map(|end| horizon(|t| mirror(wo, facet(t * end)).z) * end);
@@ -170,12 +179,12 @@ fn integrate(mu: f64, alpha: f64) -> [f64; 2] {
             let tilt = from + (to - from) * node * node * (3.0 - 2.0 * node);
             let weight = weight * part * 6.0 * node * (1.0 - node) * (to - from) * tilt.cos();
             let half = facet(tilt);
-            let lost = lost(&facets, wo, mirror(wo, half));
+            let lost = lost(facets, wo, mirror(wo, half));
             missing += weight * lost;
             grazing += weight * (1.0 - lost) * (1.0 - wo.dot(half)).powi(5);
         }
     }
-    [missing, (grazing / (1.0 - missing) - (1.0 - mu).powi(5)) / alpha]
+    [missing, grazing]
 }
 
 /// Nodes in [0, 1] and their weights.
@@ -204,7 +213,7 @@ fn lost(facets: &Ggx, wo: DVec3, wi: DVec3) -> f64 {
         return 1.0;
     }
     let (o, i) = (facets.stretch(wo), facets.stretch(wi));
-    let rough = facets.alpha[0] * facets.alpha[0] * (1.0 - wi.z * wi.z).max(0.0);
+    let rough = (facets.alpha[0] * wi.x).powi(2) + (facets.alpha[1] * wi.y).powi(2);
     wo.z * rough / ((i + wi.z) * (o * wi.z + i * wo.z))
 }
 

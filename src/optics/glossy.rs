@@ -1,7 +1,7 @@
-use super::albedo;
-use super::microfacet::{Ggx, mirror};
+use super::microfacet::{Frame, Ggx, mirror};
 use super::rough::{Rough, turning_normal};
 use super::{Film, Layers, Normals};
+use super::{albedo, anisotropic};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -37,15 +37,18 @@ impl Glossy {
 
     /// An estimate of what is passed on of light from `from`: its directional albedo, layers above included.
     pub fn share(&self, normals: &Normals, from: Vec3) -> Vec3 {
-        let mu = from.dot(turning_normal(normals, from)).clamp(0.0, 1.0);
-        self.passed(mu) * self.directional(mu)
+        let wo = Frame::new(turning_normal(normals, from), self.tangent).local(from);
+        let mu = wo.z.max(0.0) as f32;
+        let missing = self.missing(wo.with_z(f64::from(mu)));
+        let once = (1.0 - missing) * self.fresnel(albedo::albedo(mu, self.mean_alpha()).grazing);
+        self.passed(mu) * (once + missing * self.again(self.mean_missing()))
     }
 
     /// The albedo averaged over all directions, layers above not counted.
     pub fn average(&self) -> Vec3 {
         let mean = albedo::mean(self.mean_alpha());
-        let here = 1.0 - mean.missing;
-        here * self.fresnel(mean.grazing / here) + mean.missing * self.again(mean.missing)
+        let missing = self.mean_missing();
+        (1.0 - missing) * self.fresnel(mean.grazing / (1.0 - mean.missing)) + missing * self.again(missing)
     }
 
     /// An upper bound of the reflectance from any direction.
@@ -54,11 +57,22 @@ impl Glossy {
         self.film.map_or(bare, |film| bare.lerp(Vec3::ONE, film.factor))
     }
 
-    fn directional(&self, mu: f32) -> Vec3 {
-        let alpha = self.mean_alpha();
-        let here = albedo::albedo(mu, alpha);
-        let again = self.again(albedo::mean(alpha).missing);
-        (1.0 - here.missing) * self.fresnel(here.grazing) + here.missing * again
+    /// M for light from `w`: what does not leave by one facet.
+    fn missing(&self, w: DVec3) -> f32 {
+        if self.alpha[0] == self.alpha[1] {
+            albedo::albedo(w.z as f32, self.alpha[0]).missing
+        } else {
+            anisotropic::missing(w, self.alpha)
+        }
+    }
+
+    /// Its cosine-weighted average.
+    fn mean_missing(&self) -> f32 {
+        if self.alpha[0] == self.alpha[1] {
+            albedo::mean(self.alpha[0]).missing
+        } else {
+            anisotropic::mean(self.alpha)
+        }
     }
 
     /// What comes back of light that does not leave by one facet, `missing` of it on the average.
@@ -99,11 +113,11 @@ impl Rough for Glossy {
         }
         let (facets, half) = (Ggx::new(self.alpha), wo + wi);
         let alpha = self.mean_alpha();
-        let [missing, entering] = [wo, wi].map(|w| albedo::albedo(w.z as f32, alpha).missing);
+        let [missing, entering] = [wo, wi].map(|w| self.missing(w));
         let density = (1.0 - missing) * facets.mirrored(wo, half) as f32 + missing * grazing(wi.z, alpha);
         let facing = (1.0 - 0.5 * half.length()).max(0.0).powi(5) as f32;
         let once = (facets.density(half) * facets.visibility(wo, wi)) as f32 * self.fresnel(facing);
-        let mean = albedo::mean(alpha).missing;
+        let mean = self.mean_missing();
         let more = missing * entering / (PI as f32 * mean) * self.again(mean);
         let passed = self
             .under
@@ -113,9 +127,8 @@ impl Rough for Glossy {
 
     fn draw(&self, wo: DVec3, u: [f32; 3], _: bool) -> DVec3 {
         let numbers = [f64::from(u[0]), f64::from(u[1])];
-        let alpha = self.mean_alpha();
-        if u[2] < albedo::albedo(wo.z as f32, alpha).missing {
-            return draw_grazing(alpha, numbers);
+        if u[2] < self.missing(wo) {
+            return draw_grazing(self.mean_alpha(), numbers);
         }
         mirror(wo, Ggx::new(self.alpha).facet(wo, numbers))
     }

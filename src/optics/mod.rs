@@ -10,6 +10,7 @@
 //! single directions, but no multiplication factor exceeds the largest albedo.
 
 mod albedo;
+mod anisotropic;
 mod bsdf;
 mod dielectric;
 mod diffuse;

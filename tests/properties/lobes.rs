@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use halflight::optics::{
-    Dielectric, Diffuse, Glossy, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen, ThinDielectric,
+    Dielectric, Diffuse, Glossy, Lobe, Mirror, Normals, RoughDielectric, RoughThin, ThinDielectric,
     Translucent, Transport, fresnel_dielectric, refract,
 };
 use halflight::sampling::{Rng, Stream, warp};
@@ -324,7 +324,7 @@ fn read_from_both_ends(
     let mut rng = Rng::new(seed, Stream::Test, 0, 0);
     let bump = |about: Vec3, w: Vec3| (1.05 + about.dot(w)).powi(2);
     [(eye, light, Transport::Gathering), (light, eye, Transport::Shooting)].map(|(start, end, transport)| {
-        mean((0..if lobe.is_delta() { 400_000 } else { 1_500_000 }).map(|_| {
+        mean((0..if lobe.as_diffuse().is_some() { 1_500_000 } else { 400_000 }).map(|_| {
             let from = warp::sphere(rng.f32x2());
             let u = rng.f32x3();
             let carried = bump(start, from) * normals.geometric.dot(from).abs();
@@ -355,7 +355,6 @@ fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
         Lobe::Glossy(Glossy::new(tint, Vec3::ONE, [0.02; 2], Vec3::X, false)),
         Lobe::RoughDielectric(RoughDielectric { ior: 1.5, alpha: 0.1, tint }),
         Lobe::RoughThin(RoughThin { ior: 1.5, alpha: 0.1, tint }),
-        Lobe::Sheen(Sheen { colour: tint, alpha: 0.2, two_sided: true }),
         Lobe::Translucent(Translucent { colour: tint, under: None }),
     ];
     let ends = [[-Vec3::X, Vec3::X], [Vec3::X, -Vec3::Z], [Vec3::Z, Vec3::new(-0.8, -0.6, 0.0)]];

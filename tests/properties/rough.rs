@@ -245,6 +245,15 @@ fn a_white_rough_mirror_is_as_white_as_the_room() {
             let white = Lobe::Glossy(Glossy { f0: Vec3::ONE, ..glossy([alpha; 2]) });
             let (seen, error) = passed_on(&white, &normals, from, 40_000);
             assert!((seen - 1.0).abs() < 2e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
+            for across in [0.5, 0.1] {
+                let alpha = [alpha, (alpha * across).max(1e-6)];
+                let brushed = Lobe::Glossy(Glossy { f0: Vec3::ONE, ..glossy(alpha) });
+                let (seen, error) = passed_on(&brushed, &normals, from, 40_000);
+                assert!(
+                    (seen - 1.0).abs() < 0.01 + 3.5 * error && error < 4e-3,
+                    "{alpha:?} {z}: {seen} ± {error}"
+                );
+            }
             let pane = Lobe::RoughThin(RoughThin { ior: 1.5, alpha, tint: Vec3::ONE });
             let (seen, error) = passed_on(&pane, &normals, from, 40_000);
             assert!((seen - 1.0).abs() < 2e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
@@ -292,6 +301,11 @@ fn shares_are_what_is_passed_on() {
         let (alpha, colour) = (roughness * roughness, Vec3::splat(0.7));
         for lobe in [
             Lobe::Glossy(Glossy { f0: Vec3::splat(0.2), ..glossy([alpha; 2]) }),
+            Lobe::Glossy(Glossy {
+                f0: Vec3::splat(0.8),
+                f90: Vec3::splat(0.8),
+                ..glossy([alpha, 0.2 * alpha.max(5e-6)])
+            }),
             Lobe::Sheen(Sheen { colour, alpha: alpha.max(0.05), two_sided: true }),
             Lobe::Translucent(Translucent { colour, under: None }),
         ] {
@@ -299,7 +313,7 @@ fn shares_are_what_is_passed_on() {
                 let from = warp::about_z(z, 0.3);
                 let share = f64::from(lobe.share(&normals, from).x);
                 let (seen, error) = passed_on(&lobe, &normals, from, 40_000);
-                assert!((share - seen).abs() < 4e-3 + 3.5 * error, "{lobe:?} {z}: {share}, {seen} ± {error}");
+                assert!((share - seen).abs() < 8e-3 + 3.5 * error, "{lobe:?} {z}: {share}, {seen} ± {error}");
                 assert!(seen < f64::from(lobe.bound().x) + 2e-3 + 3.5 * error, "{lobe:?} {z}: {seen}");
             }
         }
