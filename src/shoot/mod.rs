@@ -14,7 +14,7 @@ use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, MatterAt, Surface, SurfacePoint};
+use crate::scene::{MatterAt, SurfacePoint};
 use crowd::Crowd;
 use glam::Vec3;
 use levels::Levels;
@@ -96,15 +96,6 @@ struct Line<P> {
     beam: Beam,
 }
 
-/// Where a line met matter.
-struct Met<'m> {
-    surface: &'m Surface,
-    material: &'m Material,
-    bsdf: &'m Bsdf,
-    hit: &'m Hit,
-    point: &'m SurfacePoint,
-}
-
 /// Follows paths one after another and keeps what they deposit.
 struct Walk<'a, P> {
     plan: &'a Plan,
@@ -166,16 +157,15 @@ impl<'a, P: Power> Walk<'a, P> {
         self.photons.ledger.lines += 1;
         let mut power = line.power;
         for hit in &hits {
-            let MatterAt { surface, material, point, bsdf, .. } = self.plan.matter_at(hit, 0.0);
-            let bsdf: &Bsdf = &bsdf;
+            let met = self.plan.matter_at(hit, 0.0);
+            let MatterAt { surface, material, point, bsdf, .. } = &met;
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[surface.material as usize]
                 && self.photon_plan.classes.contains(line.class)
             {
-                self.deposit(&line, hit.t, &point, arriving, rng);
+                self.deposit(&line, hit.t, point, arriving, rng);
             }
-            let met = Met { surface, material, bsdf, hit, point: &point };
-            let sent_on = self.spawn(&line, &met, arriving, unit, rng);
+            let sent_on = self.spawn(&line, hit.t, &met, arriving, unit, rng);
             let straight = power.through(bsdf.straight);
             self.account(power, sent_on, straight);
             power = straight;
@@ -216,8 +206,16 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
-    fn spawn(&mut self, line: &Line<P>, met: &Met<'_>, power: P, unit: f32, rng: &mut Rng) -> f64 {
-        let Met { surface, material, bsdf, hit, point } = *met;
+    fn spawn(
+        &mut self,
+        line: &Line<P>,
+        distance: f32,
+        met: &MatterAt<'_>,
+        power: P,
+        unit: f32,
+        rng: &mut Rng,
+    ) -> f64 {
+        let MatterAt { material, bsdf, point, .. } = met;
         let orders = line.orders.reflected(material);
         if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
@@ -250,13 +248,13 @@ impl<'a, P: Power> Walk<'a, P> {
         let class =
             if delta && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
-            let smooth = surface.smooth && !geometric;
-            let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
-            let bend = |step: Vec3| match smooth {
-                true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),
+            let own = met.has_own_normals() && !geometric;
+            let normals = if own { point.normals } else { Normals::flat(point.normals.geometric) };
+            let bend = |step: Vec3| match own {
+                true => self.plan.scene.bend(met, step),
                 false => Vec3::ZERO,
             };
-            let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
+            let beam = line.beam.at(line.direction, distance, point.normals.geometric);
             beam.scattered(&lobe, &normals, [from, to], bend).thinned(probability * pdf.value() * survival)
         } else {
             line.beam

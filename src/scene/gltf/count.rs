@@ -9,14 +9,18 @@ use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 
 /// Bytes of a triangle with its vertices while a scene is built: each vertex (36) twice and once in single precision (24),
-/// each triangle (12) twice and once with its surface (16), and the tree of boxes.
+/// each triangle (12) twice and once with its surface (16), and the tree of boxes. What textures ask of a vertex (two sets of
+/// coordinates, colour and tangent: 48) thrice.
 const TRIANGLE_BYTES: u64 = 200;
 const VERTEX_BYTES: u64 = 100;
+const DRESSED_BYTES: u64 = 144;
 
 #[derive(Clone, Copy, Default)]
 struct Count {
     triangles: u64,
     vertices: u64,
+    /// Those that have something for textures.
+    dressed: u64,
 }
 
 impl Count {
@@ -24,6 +28,7 @@ impl Count {
         Self {
             triangles: self.triangles.saturating_add(other.triangles),
             vertices: self.vertices.saturating_add(other.vertices),
+            dressed: self.dressed.saturating_add(other.dressed),
         }
     }
 }
@@ -43,7 +48,7 @@ pub(super) fn check(
         .collect();
     let instances = placed.iter().filter_map(|place| place.node.mesh);
     let counts = instances.filter_map(|mesh| meshes.get(mesh.value()).copied());
-    let Count { triangles, vertices } = counts.fold(Count::default(), Count::plus);
+    let Count { triangles, vertices, dressed } = counts.fold(Count::default(), Count::plus);
     if triangles > most || vertices > most.saturating_mul(3) {
         return Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which is more than --max-triangles \
@@ -52,6 +57,7 @@ pub(super) fn check(
     }
     let bytes =
         triangles.saturating_mul(TRIANGLE_BYTES).saturating_add(vertices.saturating_mul(VERTEX_BYTES));
+    let bytes = bytes.saturating_add(dressed.saturating_mul(DRESSED_BYTES));
     match memory {
         Some(there) if bytes > there => Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which take about {} MB where {} MB of \
@@ -73,9 +79,11 @@ fn of_primitive(root: &Root, primitive: &Primitive) -> Count {
     let triangles = match primitive.mode {
         Checked::Valid(Mode::Triangles) => corners / 3,
         Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
-        _ => return Count { triangles: 1, vertices: 0 },
+        _ => return Count { triangles: 1, ..Count::default() },
     };
-    Count { triangles: triangles.max(1), vertices }
+    let dresses = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
+    let dressed = if dresses(Semantic::TexCoords(0)) || dresses(Semantic::Colors(0)) { vertices } else { 0 };
+    Count { triangles: triangles.max(1), vertices, dressed }
 }
 
 /// How many elements an accessor has. None where that cannot be: reading it says why, and takes no memory.
