@@ -4,7 +4,8 @@ use glam::Vec3;
 use halflight::light::{Light, Matrix};
 use halflight::optics::{Diffuse, Lobe, Mirror};
 use halflight::plan::Omittable;
-use halflight::scene::{Illumination, Luminaire, Matter, Scene};
+use halflight::scene::texture::{Encoding, Image, Texture};
+use halflight::scene::{Factor, Illumination, Luminaire, Matter, Pbr, Scene};
 
 /// What a row leaves out.
 #[derive(Clone, Copy)]
@@ -86,6 +87,27 @@ fn black_coats() -> Scene {
         material
             .lobes
             .push((1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ZERO, two_sided: true, under: None })));
+    }
+    scene.illuminate(None, &[]).expect("no names");
+    scene
+}
+
+/// Walls whose roughness is in an image of 2048 × 2048 texels.
+fn rough_by_texture() -> Scene {
+    let mut scene = builtin("cornell-spheres", "global", &[]);
+    let texels = (0..3 << 22).map(|i: u32| (i % 251) as u8).collect();
+    let image = Image::new("roughness", [2048; 2], texels, Encoding::Data).expect("as many as it says");
+    let texture = Texture::new(std::sync::Arc::new(image));
+    for material in &mut scene.materials {
+        let [(_, Lobe::Diffuse(lobe))] = material.lobes[..] else { continue };
+        let pbr = Pbr {
+            base: Factor::new(lobe.albedo),
+            metallic: 0.0,
+            metallic_roughness: Some(texture.clone()),
+            two_sided: lobe.two_sided,
+            ..Pbr::default()
+        };
+        material.pattern = Some(std::sync::Arc::new(pbr));
     }
     scene.illuminate(None, &[]).expect("no names");
     scene
@@ -208,6 +230,12 @@ pub fn rows() -> Vec<Row> {
         one(Matter, "cornell-spheres, balls of nothing", balls_of_nothing, "light does not notice them"),
         one(Materials, "cornell-spheres and a mirror without triangles", unused_mirror, "no triangle has it"),
         one(Normals, "two-spheres, flat", flat_spheres, "they are never interpolated"),
+        one(
+            Textures,
+            "cornell-spheres, rough by a texture",
+            rough_by_texture,
+            "what is neither metal nor glass looks the same however rough it is: 28 MB",
+        ),
         one(
             Existence,
             "cornell-spheres, global",

@@ -231,12 +231,15 @@ impl Solid {
             .surfaces
             .iter()
             .map(|surface| {
-                let terms = &scene.materials[surface.material as usize].bsdf.terms;
-                let glass = terms.iter().find_map(|term| match term.lobe {
+                let material = &scene.materials[surface.material as usize];
+                let glass = material.bsdf.terms.iter().find_map(|term| match term.lobe {
                     Lobe::Dielectric(glass) => Some(glass),
                     Lobe::RoughDielectric(RoughDielectric { ior, tint, .. }) => Some(Dielectric { ior, tint }),
                     _ => None,
                 })?;
+                // Where matter meets other glass its colour is the mean of its pattern.
+                let tint = material.pattern.as_ref().map_or(glass.tint, |pattern| pattern.mean_base());
+                let glass = Dielectric { tint, ..glass };
                 let mut add = || {
                     let material = surface.material;
                     let Material { absorption, dispersion, .. } = scene.materials[material as usize];

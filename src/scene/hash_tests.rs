@@ -4,7 +4,8 @@ use super::hash::Fnv;
 use super::*;
 use crate::light::Light;
 use crate::optics::{Diffuse, Lobe, Mirror, ThinDielectric};
-use glam::Vec3;
+use glam::{Vec2, Vec3, Vec4};
+use texture::Texture;
 
 /// A lamp, a sheet of glass, one light of each kind; numbers that add and divide without rounding.
 fn tiny() -> Scene {
@@ -160,4 +161,88 @@ fn names_and_words_change_nothing() {
     scene.illumination = None;
     scene.illuminate(Some(Illumination::SHADOWLESS), &[]).unwrap();
     assert_eq!(scene.hash(), tiny().hash());
+}
+
+/// The same with texture coordinates, colours, tangents, and a pattern on its lamp.
+fn patterned() -> Scene {
+    let mut scene = tiny();
+    let vertices = scene.mesh.positions.len();
+    scene.mesh.uvs = [vec![Vec2::ONE; vertices], vec![Vec2::ONE; vertices]];
+    scene.mesh.colours = vec![Vec4::ONE; vertices];
+    scene.mesh.tangents = vec![Vec4::X; vertices];
+    let texture = |texel: u8| {
+        let image = texture::Image::new("it", [2, 1], vec![texel, 9], texture::Encoding::Data);
+        Texture::new(Arc::new(image.expect("two texels")))
+    };
+    let factor = |texel: u8| Factor { factor: 0.5, texture: Some(texture(texel)) };
+    let colour = |texel: u8| Factor { factor: Vec3::ONE, texture: Some(texture(texel)) };
+    let pbr = Pbr {
+        base: colour(1),
+        vertex_colours: Some(VertexColours { most: Vec3::ONE, mean: Vec3::ONE }),
+        metallic_roughness: Some(texture(2)),
+        transmission: factor(3),
+        emissive: colour(4),
+        normal: Some(NormalMap { texture: texture(5), scale: 1.0 }),
+        ..Pbr::default()
+    };
+    scene.materials[0].pattern = Some(Arc::new(pbr));
+    scene
+}
+
+#[test]
+fn whatever_decides_a_pattern_changes_the_hash() {
+    fn pattern(scene: &mut Scene) -> &mut Pbr {
+        Arc::make_mut(scene.materials[0].pattern.as_mut().expect("a pattern"))
+    }
+    fn base(scene: &mut Scene) -> &mut Texture {
+        pattern(scene).base.texture.as_mut().expect("a texture")
+    }
+    let changes: [Change; 28] = [
+        |s| s.mesh.uvs[0][3].x = 2.0,
+        |s| s.mesh.uvs[1][3].y = 2.0,
+        |s| s.mesh.uvs.swap(0, 1),
+        |s| s.mesh.colours[0].w = 0.0,
+        |s| s.mesh.tangents[1].w = 1.0,
+        |s| s.mesh.tangents.clear(),
+        |s| s.materials[0].pattern = None,
+        |s| s.materials[0].reflects.vis_vis = 0.5,
+        |s| pattern(s).base.factor.y = 0.5,
+        |s| pattern(s).base.texture = None,
+        |s| pattern(s).vertex_colours = None,
+        |s| pattern(s).vertex_colours.as_mut().expect("colours").most.x = 0.5,
+        |s| pattern(s).vertex_colours.as_mut().expect("colours").mean.x = 0.5,
+        |s| pattern(s).metallic = 0.5,
+        |s| pattern(s).roughness = 0.5,
+        |s| pattern(s).metallic_roughness = None,
+        |s| pattern(s).transmission.factor = 1.0,
+        |s| pattern(s).ior = 1.25,
+        |s| pattern(s).solid = true,
+        |s| pattern(s).two_sided = true,
+        |s| pattern(s).unlit = true,
+        |s| pattern(s).emissive.factor.z = 2.0,
+        |s| pattern(s).emission[0] = 0.0,
+        |s| pattern(s).normal.as_mut().expect("a map").scale = 0.5,
+        |s| base(s).sampler.linear = false,
+        |s| base(s).sampler.wrap[1] = texture::Wrap::Clamp,
+        |s| base(s).set = 1,
+        |s| base(s).transform.translation.x = 1.0,
+    ];
+    // Both have the same coordinates, so that swapping them alone would show nothing.
+    let start = || {
+        let mut scene = patterned();
+        scene.mesh.uvs[1][0].x = 3.0;
+        scene
+    };
+    let mut seen = vec![start().hash(), tiny().hash()];
+    for (i, change) in changes.into_iter().enumerate() {
+        let mut scene = start();
+        change(&mut scene);
+        assert!(!seen.contains(&scene.hash()), "change {i} has the hash of another");
+        seen.push(scene.hash());
+    }
+    let mut renamed = start();
+    let image = texture::Image::new("other", [2, 1], vec![1, 9], texture::Encoding::Data);
+    base(&mut renamed).image = Arc::new(image.expect("two texels"));
+    assert_eq!(renamed.hash(), start().hash());
+    assert_eq!(start().hash(), seen[0]);
 }

@@ -1,10 +1,11 @@
 //! The one place where a hit becomes matter.
 
 use super::texture::Texture;
-use super::{Emission, Material, Pbr, Scene, Surface, SurfacePoint};
-use crate::optics::Bsdf;
+use super::{Emission, Inputs, Material, NormalMap, Pbr, Scene, Surface, SurfacePoint};
+use crate::optics::{Bsdf, Normals};
 use glam::Vec3;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// What a line meets at a point.
 #[derive(Clone, Debug)]
@@ -60,10 +61,8 @@ impl Scene {
         if let Some(grain) = &pattern.anisotropy {
             inputs.tangent = self.grain(&point, grain.texture.as_ref().or(pattern.base.texture.as_ref()));
         }
-        if let Some(map) = &pattern.normal
-            && let Some((tangent, up)) = self.mesh.tangent(&point, Some(&map.texture))
-        {
-            point.normals = map.at(&point.normals, tangent, up, &inputs);
+        if let Some(map) = &pattern.normal {
+            point.normals = self.mapped(map, &point, &inputs);
         }
         let seen = match material.emission {
             Some(emission) if pattern.shows_picture() => {
@@ -72,5 +71,43 @@ impl Scene {
             mean => mean,
         };
         MatterAt { surface, material, point, bsdf: material.at(&inputs), seen }
+    }
+
+    /// Normals at a point whose own are those of the mesh.
+    fn mapped(&self, map: &NormalMap, point: &SurfacePoint, inputs: &Inputs) -> Normals {
+        match self.mesh.tangent(point, Some(&map.texture)) {
+            Some((tangent, up)) => map.at(&point.normals, tangent, up, inputs),
+            None => point.normals,
+        }
+    }
+
+    /// How the shading normal changes with a small `step` (m) in the plane of the triangle at a point of it; zero where it is
+    /// the same all over. m⁻¹ times m. That of a normal map from one texel to the next.
+    pub(crate) fn bend(&self, met: &MatterAt<'_>, step: Vec3) -> Vec3 {
+        let (point, smooth) = (&met.point, met.surface.smooth);
+        let SurfacePoint { triangle, u, v, .. } = *point;
+        let map = met.material.pattern.as_ref().and_then(|pattern| pattern.normal.as_ref());
+        let Some(map) = map else {
+            return if smooth { self.mesh.bend(triangle, u, v, step) } else { Vec3::ZERO };
+        };
+        let texel = map.texture.texel_width() / self.mesh.stretch(triangle, usize::from(map.texture.set & 1));
+        let length = step.length();
+        if length == 0.0 || !texel.is_finite() {
+            return Vec3::ZERO;
+        }
+        let [du, dv] = self.mesh.barycentric_step(triangle, step * (0.5 * texel / length));
+        let at = |sign: f32| {
+            let there = self.mesh.point(triangle, u + sign * du, v + sign * dv, smooth);
+            self.mapped(map, &there, &self.mesh.inputs(&there, 0.0)).shading
+        };
+        (at(1.0) - at(-1.0)) * (length / texel)
+    }
+}
+
+impl MatterAt<'_> {
+    /// True where the shading normal is not that of the triangle.
+    pub(crate) fn has_own_normals(&self) -> bool {
+        let mapped = |pattern: &Arc<Pbr>| pattern.normal.is_some();
+        self.surface.smooth || self.material.pattern.as_ref().is_some_and(mapped)
     }
 }

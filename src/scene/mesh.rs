@@ -129,7 +129,7 @@ impl Mesh {
         for (set, uvs) in self.uvs.iter().enumerate().filter(|(_, uvs)| !uvs.is_empty()) {
             inputs.uvs[set] = self.between(point, uvs);
             if footprint > 0.0 {
-                inputs.widths[set] = footprint * self.stretch(point.triangle, uvs);
+                inputs.widths[set] = footprint * self.stretch(point.triangle, set);
             }
         }
         if !self.colours.is_empty() {
@@ -138,8 +138,12 @@ impl Mesh {
         inputs
     }
 
-    /// Texture coordinates per metre: the root of the ratio of areas.
-    fn stretch(&self, triangle: u32, uvs: &[Vec2]) -> f32 {
+    /// Texture coordinates of a set per metre: the root of the ratio of areas.
+    pub(super) fn stretch(&self, triangle: u32, set: usize) -> f32 {
+        let uvs = &self.uvs[set];
+        if uvs.is_empty() {
+            return 0.0;
+        }
         let [a, b, c] = self.corners(triangle);
         let [ta, tb, tc] = self.triangles[triangle as usize].map(|i| uvs[i as usize]);
         ((tb - ta).perp_dot(tc - ta).abs() / (b - a).cross(c - a).length()).sqrt()
@@ -183,16 +187,23 @@ impl Mesh {
     /// How the interpolated normal of `triangle` changes with a small `step` (m) in its plane from barycentric (1 − u − v, u, v), m⁻¹
     /// times m.
     pub fn bend(&self, triangle: u32, u: f32, v: f32, step: Vec3) -> Vec3 {
-        let [a, b, c] = self.corners(triangle);
         let [na, nb, nc] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
-        let (right, up) = (b - a, c - a);
-        let across = right.cross(up);
-        let scale = across / across.length_squared();
-        let (du, dv) = (step.cross(up).dot(scale), right.cross(step).dot(scale));
+        let [du, dv] = self.barycentric_step(triangle, step);
         let sum = (1.0 - u - v) * na + u * nb + v * nc;
         let length = sum.length();
         let (normal, change) = (sum / length, du * (nb - na) + dv * (nc - na));
         (change - normal * normal.dot(change)) / length
+    }
+}
+
+impl Mesh {
+    /// By how much the weights of the second and third corner change with a `step` (m) in the plane of a triangle.
+    pub(super) fn barycentric_step(&self, triangle: u32, step: Vec3) -> [f32; 2] {
+        let [a, b, c] = self.corners(triangle);
+        let (right, up) = (b - a, c - a);
+        let across = right.cross(up);
+        let scale = across / across.length_squared();
+        [step.cross(up).dot(scale), right.cross(step).dot(scale)]
     }
 }
 

@@ -299,7 +299,7 @@ impl Pbr {
     pub fn read(&self, lobes: bool) -> Self {
         let mut kept = self.clone();
         let (lobes, picture) = (lobes && !self.unlit, self.shows_picture());
-        if !lobes && !(self.unlit && picture) && !self.has_holes() {
+        if !(lobes || self.unlit && picture) && !self.has_holes() {
             (kept.base.texture, kept.vertex_colours) = (None, None);
         }
         if !lobes {
@@ -570,13 +570,16 @@ impl Pbr {
         self.halves(self.covered(inputs) * colour)
     }
 
+    /// The mean of the base colour over its images and vertices.
+    pub fn mean_base(&self) -> Vec3 {
+        let mean = self.vertex_colours.map_or(Vec3::ONE, |colours| colours.mean);
+        self.of(|texture| texture.image.mean(), mean.extend(1.0)).base
+    }
+
     /// The mean of what it radiates over its images and vertices.
     pub fn mean_radiance(&self) -> Light {
         let colour = match self.unlit {
-            true => {
-                let mean = self.vertex_colours.map_or(Vec3::ONE, |colours| colours.mean);
-                self.of(|texture| texture.image.mean(), mean.extend(1.0)).base
-            }
+            true => self.mean_base(),
             false => self.emissive.factor * self.emissive.texel(|texture| texture.image.mean()).xyz(),
         };
         self.halves(self.mean_covered() * colour)

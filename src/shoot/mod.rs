@@ -14,7 +14,7 @@ use crate::photon::{Ledger, Orders, PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, Sobol, Stream, choose, endurance, hash};
-use crate::scene::{Material, MatterAt, Surface, SurfacePoint};
+use crate::scene::{MatterAt, SurfacePoint};
 use crowd::Crowd;
 use glam::Vec3;
 use levels::Levels;
@@ -98,15 +98,6 @@ struct Line<P> {
     absorption: Vec3,
 }
 
-/// Where a line met matter.
-struct Met<'m> {
-    surface: &'m Surface,
-    material: &'m Material,
-    bsdf: &'m Bsdf,
-    hit: &'m Hit,
-    point: &'m SurfacePoint,
-}
-
 /// Follows paths one after another and keeps what they deposit.
 struct Walk<'a, P> {
     plan: &'a Plan,
@@ -170,27 +161,27 @@ impl<'a, P: Power> Walk<'a, P> {
         let mut power = line.power;
         let mut before = 0.0;
         for hit in &hits {
-            let MatterAt { surface, material, point, bsdf, .. } = self.plan.matter_at(hit, 0.0);
+            let met = self.plan.matter_at(hit, 0.0);
+            let MatterAt { surface, material, point, bsdf, .. } = &met;
             if line.absorption != Vec3::ZERO {
                 let whole = power;
                 power = power.filtered(left_of(line.absorption, hit.t - before));
                 self.photons.ledger.absorbed += f64::from(whole.total()) - f64::from(power.total());
             }
             before = hit.t;
-            let bsdf: &Bsdf = &bsdf;
             let arriving = power.scaled(line.falloff.at(hit.t));
             if self.photon_plan.deposits[surface.material as usize]
                 && self.photon_plan.classes.contains(line.class)
             {
-                self.deposit(&line, hit.t, &point, arriving.scaled(bsdf.arrival(&point.normals, -line.direction)), rng);
+                let below = bsdf.arrival(&point.normals, -line.direction);
+                self.deposit(&line, hit.t, point, arriving.scaled(below), rng);
             }
-            let met = Met { surface, material, bsdf, hit, point: &point };
-            let sent_on = self.spawn(&line, &met, arriving, unit, rng);
+            let sent_on = self.spawn(&line, hit.t, &met, arriving, unit, rng);
             let straight = power.through(bsdf.straight);
             self.account(power, sent_on, straight);
             power = straight;
             line.orders = line.orders.crossed(material);
-            let beyond = self.plan.rays.absorption_towards(material, &point, line.direction);
+            let beyond = self.plan.rays.absorption_towards(material, point, line.direction);
             line.absorption = beyond.unwrap_or(line.absorption);
             if power.total() == 0.0 {
                 break;
@@ -228,8 +219,16 @@ impl<'a, P: Power> Walk<'a, P> {
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
-    fn spawn(&mut self, line: &Line<P>, met: &Met<'_>, power: P, unit: f32, rng: &mut Rng) -> f64 {
-        let Met { surface, material, bsdf, hit, point } = *met;
+    fn spawn(
+        &mut self,
+        line: &Line<P>,
+        distance: f32,
+        met: &MatterAt<'_>,
+        power: P,
+        unit: f32,
+        rng: &mut Rng,
+    ) -> f64 {
+        let MatterAt { material, bsdf, point, .. } = met;
         let orders = line.orders.reflected(material);
         if line.reflections >= self.photon_plan.max_reflections || orders.n > self.photon_plan.most_orders {
             return 0.0; // of the truncated series no more is wanted
@@ -263,13 +262,13 @@ impl<'a, P: Power> Walk<'a, P> {
         let class =
             if narrow && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
         let beam = if class == PathClass::Caustic {
-            let smooth = surface.smooth && !geometric;
-            let normals = if smooth { point.normals } else { Normals::flat(point.normals.geometric) };
-            let bend = |step: Vec3| match smooth {
-                true => self.plan.scene.mesh.bend(hit.triangle, hit.u, hit.v, step),
+            let own = met.has_own_normals() && !geometric;
+            let normals = if own { point.normals } else { Normals::flat(point.normals.geometric) };
+            let bend = |step: Vec3| match own {
+                true => self.plan.scene.bend(met, step),
                 false => Vec3::ZERO,
             };
-            let beam = line.beam.at(line.direction, hit.t, point.normals.geometric);
+            let beam = line.beam.at(line.direction, distance, point.normals.geometric);
             let beam = beam.scattered(&lobe, &normals, [from, to], bend);
             match pdf {
                 Pdf::Delta(share) => beam.thinned(probability * share * survival),

@@ -3,7 +3,7 @@ use super::*;
 use crate::light::{Invisible, Light};
 use crate::optics::{Diffuse, Lobe};
 use crate::plan::Settings;
-use crate::scene::{Camera, Luminaire, Projection, Scene, Shape};
+use crate::scene::{Camera, Luminaire, Material, Projection, Scene, Shape};
 use glam::DVec3;
 
 /// A floor at y = 0 below a sheet of glass at y = 1, and lights of equal power.

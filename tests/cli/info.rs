@@ -69,3 +69,30 @@ fn a_file_without_light_is_told_with_what_it_lacks() {
             .contains("nothing emits light")
     );
 }
+
+#[test]
+fn images_are_listed_with_what_shows_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, image) = (folder.path().join("textured.gltf"), folder.path().join("two.png"));
+    let mut png = png::Encoder::new(fs::File::create(&image).expect("a file"), 2, 1);
+    png.set_color(png::ColorType::Rgb);
+    let mut png = png.write_header().expect("written");
+    png.write_image_data(&[255, 0, 0, 0, 0, 255]).expect("written");
+    drop(png);
+    let document = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 0 }] }],
+        "materials": [{ "name": "Flag", "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } } }],
+        "images": [{ "uri": "two.png" }], "textures": [{ "source": 0 }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] },
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }] }"#;
+    fs::write(&file, document).expect("written");
+    let words = printed(&["info", text(&file)]);
+    assert!(words.contains("texture image 0: 2 × 1, colours of 3 channels"), "{words}");
+    assert!(words.contains("; base colour of Flag\n") && words.contains("varies by base colour"), "{words}");
+    let info: Value = serde_json::from_str(&printed(&["info", text(&file), "--json"])).expect("JSON");
+    assert_eq!(info["textures"][0]["size"], serde_json::json!([2, 1]));
+    assert_eq!(info["textures"][0]["shown_as"][0], "base colour of Flag");
+    assert_eq!(info["materials"][0]["varies_by"][0], "base colour");
+}

@@ -9,9 +9,11 @@ use gltf::json::mesh::{Mesh, Mode, Primitive};
 use gltf::json::validation::Checked;
 
 /// Bytes of a triangle with its vertices while a scene is built: each vertex (36) twice and once in single precision (24),
-/// each triangle (12) twice and once with its surface (16), and the tree of boxes.
+/// each triangle (12) twice and once with its surface (16), and the tree of boxes. What textures ask of a vertex (two sets of
+/// coordinates, colour and tangent: 48) thrice.
 const TRIANGLE_BYTES: u64 = 200;
 const VERTEX_BYTES: u64 = 100;
+const DRESSED_BYTES: u64 = 144;
 
 /// Bytes of packed buffer views once they are unpacked: some seconds of work, whatever memory there is.
 const MOST_UNPACKED: u64 = 1 << 34;
@@ -25,6 +27,8 @@ struct Count {
     vertices: u64,
     /// Vertices times the targets that they may be moved by.
     moved: u64,
+    /// Those that have something for textures.
+    dressed: u64,
 }
 
 impl Count {
@@ -33,6 +37,7 @@ impl Count {
             triangles: self.triangles.saturating_add(other.triangles),
             vertices: self.vertices.saturating_add(other.vertices),
             moved: self.moved.saturating_add(other.moved),
+            dressed: self.dressed.saturating_add(other.dressed),
         }
     }
 
@@ -42,6 +47,7 @@ impl Count {
             triangles: self.triangles.saturating_mul(copies),
             vertices: self.vertices.saturating_mul(copies),
             moved: self.moved,
+            dressed: self.dressed.saturating_mul(copies),
         }
     }
 }
@@ -62,7 +68,7 @@ pub(super) fn check(
         let count = meshes.get(place.node.mesh?.value())?;
         Some(count.times(instances::count(accessors, place.node)))
     };
-    let Count { triangles, vertices, moved } =
+    let Count { triangles, vertices, moved, dressed } =
         placed.iter().filter_map(of_place).fold(Count::default(), Count::plus);
     if moved > most.saturating_mul(MOVED_PER_TRIANGLE) {
         return Err(format!(
@@ -86,6 +92,7 @@ pub(super) fn check(
     let bytes = triangles
         .saturating_mul(TRIANGLE_BYTES)
         .saturating_add(vertices.saturating_mul(VERTEX_BYTES))
+        .saturating_add(dressed.saturating_mul(DRESSED_BYTES))
         .saturating_add(unpacked);
     match memory {
         Some(there) if bytes > there => Err(format!(
@@ -111,5 +118,7 @@ fn of_primitive(accessors: &Accessors<'_>, primitive: &Primitive) -> Count {
         _ => return Count { triangles: 1, ..Count::default() },
     };
     let targets = primitive.targets.as_ref().map_or(0, |targets| targets.len() as u64);
-    Count { triangles: triangles.max(1), vertices, moved: vertices.saturating_mul(targets) }
+    let dresses = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
+    let dressed = if dresses(Semantic::TexCoords(0)) || dresses(Semantic::Colors(0)) { vertices } else { 0 };
+    Count { triangles: triangles.max(1), vertices, moved: vertices.saturating_mul(targets), dressed }
 }

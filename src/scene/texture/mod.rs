@@ -67,4 +67,11 @@ impl Texture {
         let set = usize::from(self.set & 1);
         self.at(inputs.uvs[set], inputs.widths[set])
     }
+
+    /// The side of a texel in texture coordinates before `transform`.
+    pub(in crate::scene) fn texel_width(&self) -> f32 {
+        let [width, height] = self.image.size().map(|side| side as f32);
+        let scale = self.transform.matrix2.determinant().abs().sqrt();
+        1.0 / (scale * (width * height).sqrt())
+    }
 }
