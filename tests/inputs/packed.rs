@@ -1,10 +1,10 @@
 //! Packed geometry: what it unpacks to is what was packed, and damage is told in a line.
 
 use crate::damage;
-use crate::small::Small;
+use crate::small::{Small, message};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use halflight::scene::Scene;
+use halflight::scene::{Choice, Scene};
 use meshoptimizer_rs::Workspace;
 use meshoptimizer_rs::codec::{
     ExpMode, IndexEncoding, VertexEncoding, encode_filter_exp, encode_filter_oct, encode_index_buffer,
@@ -139,6 +139,16 @@ fn what_is_wrong_with_a_packed_view_is_told() {
     }
     let many = with("count", json!(1_u64 << 40));
     assert!(many.contains("MB of packed buffer views"), "{many}");
+    // Also where an animation would read it before the scene is counted.
+    let lively = by_meshopt(EXT, 0)
+        .with(&format!("{packing}/count"), json!(1_u64 << 40))
+        .with("/animations", json!([{ "channels": [], "samplers": [] }]));
+    let folder = tempfile::TempDir::new().expect("a folder");
+    let path = folder.path().join("small.gltf");
+    std::fs::write(&path, lively.embedded().json.to_string()).expect("written");
+    let pose = Some("1".parse().expect("a pose"));
+    let refused = Scene::load_chosen(path, &Choice { pose, ..Choice::default() }).map(|loaded| loaded.scene);
+    assert!(message("small.gltf", refused).contains("MB of packed buffer views"));
     let index = format!("/bufferViews/2/extensions/{EXT}/filter");
     let filtered = by_meshopt(EXT, 0).with(&index, json!("OCTAHEDRAL")).error();
     assert!(filtered.contains("only attributes"), "{filtered}");

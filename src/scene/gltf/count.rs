@@ -82,18 +82,11 @@ pub(super) fn check(
              {most} allows (three vertices each); leave some out or raise it"
         ));
     }
-    let unpacked = accessors.unpacked_bytes();
-    if unpacked > MOST_UNPACKED || memory.is_some_and(|there| unpacked > there) {
-        return Err(format!(
-            "announces {} MB of packed buffer views, which is more than can be unpacked; leave some out",
-            unpacked >> 20
-        ));
-    }
     let bytes = triangles
         .saturating_mul(TRIANGLE_BYTES)
         .saturating_add(vertices.saturating_mul(VERTEX_BYTES))
         .saturating_add(dressed.saturating_mul(DRESSED_BYTES))
-        .saturating_add(unpacked);
+        .saturating_add(accessors.unpacked_bytes());
     match memory {
         Some(there) if bytes > there => Err(format!(
             "announces {triangles} triangles and {vertices} vertices, every instance counted, which take about {} MB where {} MB of \
@@ -103,6 +96,18 @@ pub(super) fn check(
         )),
         _ => Ok(()),
     }
+}
+
+/// Refuses a file whose packed buffer views are too much to unpack, before any is.
+pub(super) fn check_packed(accessors: &Accessors<'_>, memory: Option<u64>) -> Result<(), Reason> {
+    let unpacked = accessors.unpacked_bytes();
+    if unpacked <= MOST_UNPACKED && memory.is_none_or(|there| unpacked <= there) {
+        return Ok(());
+    }
+    Err(format!(
+        "announces {} MB of packed buffer views, which is more than can be unpacked; leave some out",
+        unpacked >> 20
+    ))
 }
 
 /// What is wrong with it is told when it is read. An instance takes memory whatever is in it, so it counts as one triangle

@@ -31,7 +31,10 @@ pub(super) fn count(accessors: &Accessors<'_>, node: &Node) -> u64 {
 pub(super) fn places(accessors: &Accessors<'_>, place: &Placed<'_>) -> Result<Vec<DAffine3>, Reason> {
     let of_node = accessors_of(place.node);
     let mut counts = of_node.into_iter().flatten().map(|index| accessors.count(index));
-    let Some(count) = counts.next() else { return Ok(vec![place.to_world]) };
+    // Where a mesh has a skin, its joints say where it stands.
+    let Some(count) = counts.next().filter(|_| place.node.skin.is_none()) else {
+        return Ok(vec![place.to_world]);
+    };
     let wrong = |what: String| format!("{}: its {NAME} {what}", place.label());
     if let Some(other) = counts.find(|other| *other != count) {
         return Err(wrong(format!("places {count} copies and {other}; export it again")));

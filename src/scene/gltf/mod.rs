@@ -82,6 +82,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let mut scene = SceneBuilder::new(name);
     scene.illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
+    let memory = crate::machine::memory().map(|left| left.bytes);
+    count::check_packed(&accessors, memory)?;
     let weights = match &choice.pose {
         Some(pose) => animation::strike(&accessors, &animations, pose, &mut stances, &mut notes)?,
         None => Weights::new(),
@@ -89,12 +91,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
     let animations = animation::names(&animations);
     let to_parent: Vec<DAffine3> = stances.into_iter().map(Stance::to_parent).collect();
     let placed = graph::place(&root, &to_parent, &stage.roots)?;
-    let memory = crate::machine::memory().map(|left| left.bytes);
-    count::check(&accessors, &placed, choice.max_triangles, memory)?;
-    let most = Most { triangles: choice.max_triangles, bytes: memory.map_or(UNPACKED, |there| there / 2) };
-    if accessors.unpack(&placed, most)? {
-        count::check(&accessors, &placed, choice.max_triangles, memory)?;
-    }
+    unpack_within(&mut accessors, &placed, choice.max_triangles, memory)?;
     if choice.pose.is_none() && !animations.is_empty() {
         let known = listed(animations.iter().map(String::as_str));
         notes.line(format!(
@@ -130,6 +127,22 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
     scene.notes = notes.finish();
     let files = files::named(&root, folder);
     Ok(Loaded { scene: scene.finish(assembly, camera), files, variants, animations })
+}
+
+/// Refuses a scene that is too large, before anything of it is built, and unpacks what is packed as a whole.
+fn unpack_within(
+    accessors: &mut Accessors<'_>,
+    placed: &[Placed<'_>],
+    triangles: u64,
+    memory: Option<u64>,
+) -> Result<(), Reason> {
+    count::check(accessors, placed, triangles, memory)?;
+    let bytes = memory.map_or(UNPACKED, |there| there / 2);
+    if accessors.unpack(placed, Most { triangles, bytes })? {
+        // What is packed may be more than was announced.
+        count::check(accessors, placed, triangles, memory)?;
+    }
+    Ok(())
 }
 
 /// Adds the lights to the triangles that shine; there is one or the other.
