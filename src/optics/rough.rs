@@ -22,6 +22,11 @@ pub(super) trait Rough {
     /// [`draw`](Self::draw) finds `wi`.
     fn scatter(&self, wo: DVec3, wi: DVec3, front: bool) -> (Vec3, f32);
 
+    /// The square of the index on the other side over that on the side `front`.
+    fn squared_index(&self, _front: bool) -> f32 {
+        1.0
+    }
+
     /// A direction nearly in proportion to what it carries; one with z = 0 is absorbed.
     fn draw(&self, wo: DVec3, u: [f32; 3], front: bool) -> DVec3;
 }
@@ -55,80 +60,102 @@ pub(super) fn sample(
     transport: Transport,
     u: [f32; 3],
 ) -> Option<Sample> {
-    if transport == Transport::Shooting {
+    let front = normals.is_front(from);
+    let flat = normals.shading == normals.geometric;
+    if transport == Transport::Shooting && !flat {
         return shot(lobe, normals, from, u);
     }
-    let front = normals.is_front(from);
     if !lobe.responds(front) {
         return None;
     }
-    let up = turning_normal(normals, from);
-    let to = drawn(lobe, up, from, u, front)?;
-    let (value, pdf) = seen(lobe, normals, from, to);
-    let weight = value * (to.dot(normals.shading).abs() / pdf);
-    (pdf > 0.0).then_some(Sample {
-        to,
-        weight,
-        pdf: Pdf::SolidAngle(pdf),
-        geometric: up != both(normals, from)[0],
-    })
+    let view = View::new(lobe, turning_normal(normals, from), from)?;
+    let to = view.draw(lobe, u, front)?;
+    let (value, pdf) = view.scatter(lobe, normals, to, front);
+    let mut weight = value * (to.dot(normals.shading).abs() / pdf);
+    if transport == Transport::Shooting && normals.is_front(to) != front {
+        // What the eye at the other end gathers is the same but for the index.
+        weight *= lobe.squared_index(front);
+    }
+    let geometric = view.up != both(normals, from)[0];
+    (pdf > 0.0).then_some(Sample { to, weight, pdf: Pdf::SolidAngle(pdf), geometric })
 }
 
-/// Value and density, zero where the two normals do not agree about the side.
+/// A surface from one direction, above the normal that turns what is seen from there.
+struct View {
+    from: Vec3,
+    up: Vec3,
+    frame: Frame,
+    wo: DVec3,
+}
+
+impl View {
+    /// None: from below that normal.
+    fn new(lobe: &impl Rough, up: Vec3, from: Vec3) -> Option<Self> {
+        let frame = Frame::new(up, lobe.tangent());
+        let wo = frame.local(from);
+        (wo.z > 0.0).then_some(Self { from, up, frame, wo })
+    }
+
+    fn draw(&self, lobe: &impl Rough, u: [f32; 3], front: bool) -> Option<Vec3> {
+        let wi = lobe.draw(self.wo, u, front);
+        (wi.z != 0.0).then(|| self.frame.world(wi))
+    }
+
+    /// Value and density, zero where the two normals do not agree about the side.
+    fn scatter(&self, lobe: &impl Rough, normals: &Normals, to: Vec3, front: bool) -> (Vec3, f32) {
+        let wi = self.frame.local(to);
+        let side = if wi.z > 0.0 { self.from } else { -self.from };
+        if wi.z == 0.0 || !normals.counts(side, to) {
+            return (Vec3::ZERO, 0.0);
+        }
+        let (value, pdf) = lobe.scatter(self.wo, wi, front);
+        if self.up == both(normals, self.from)[0] {
+            return (value, pdf);
+        }
+        // The cosine that is not included is the one about the shading normal.
+        (value * (to.dot(self.up) / to.dot(normals.shading)).abs(), pdf)
+    }
+
+    /// Density in solid angle of [`draw`](Self::draw).
+    fn density(&self, lobe: &impl Rough, to: Vec3, front: bool) -> f32 {
+        lobe.scatter(self.wo, self.frame.local(to), front).1
+    }
+}
+
+/// Value and density.
 fn seen(lobe: &impl Rough, normals: &Normals, from: Vec3, to: Vec3) -> (Vec3, f32) {
-    let nothing = (Vec3::ZERO, 0.0);
     let front = normals.is_front(from);
-    if !lobe.responds(front) {
-        return nothing;
-    }
-    let up = turning_normal(normals, from);
-    let frame = Frame::new(up, lobe.tangent());
-    let (wo, wi) = (frame.local(from), frame.local(to));
-    let side = if wi.z > 0.0 { from } else { -from };
-    if wo.z <= 0.0 || wi.z == 0.0 || !normals.counts(side, to) {
-        return nothing;
-    }
-    let (value, pdf) = lobe.scatter(wo, wi, front);
-    if up == both(normals, from)[0] {
-        return (value, pdf);
-    }
-    // The cosine that is not included is the one about the shading normal.
-    (value * (to.dot(up) / to.dot(normals.shading)).abs(), pdf)
+    let view = || View::new(lobe, turning_normal(normals, from), from);
+    let view = if lobe.responds(front) { view() } else { None };
+    view.map_or((Vec3::ZERO, 0.0), |view| view.scatter(lobe, normals, to, front))
 }
 
+/// Where the two normals differ, light goes about either, since which of them turned it depends on where it is seen from.
 fn shot(lobe: &impl Rough, normals: &Normals, from: Vec3, u: [f32; 3]) -> Option<Sample> {
     let front = normals.is_front(from);
     if !normals.same_side(from, from) {
         return None;
     }
     let ups = both(normals, from);
-    let likely = if ups[0] == ups[1] { [1.0, 0.0] } else { ups.map(|up| likely(normals, from, up)) };
+    let likely = ups.map(|up| likely(normals, from, up));
     let first = likely[0] / (likely[0] + likely[1]);
-    let (up, rest) =
-        if u[2] < first { (ups[0], u[2] / first) } else { (ups[1], (u[2] - first) / (1.0 - first)) };
-    let to = drawn(lobe, up, from, [u[0], u[1], rest], front)?;
-    let density = |up| {
-        let frame = Frame::new(up, lobe.tangent());
-        lobe.scatter(frame.local(from), frame.local(to), front).1
+    let (shading, geometric) = (View::new(lobe, ups[0], from)?, View::new(lobe, ups[1], from)?);
+    let (view, other, share, rest) = if u[2] < first {
+        (shading, geometric, first, u[2] / first)
+    } else {
+        (geometric, shading, 1.0 - first, (u[2] - first) / (1.0 - first))
     };
-    // What is drawn about one normal and below its horizon is lost, whatever the other says.
-    if density(up) <= 0.0 {
-        return None;
-    }
-    let mut pdf = first * density(ups[0]);
-    if first < 1.0 {
-        pdf += (1.0 - first) * density(ups[1]);
-    }
+    let to = view.draw(lobe, [u[0], u[1], rest], front)?;
     // What the eye at the other end gathers.
     let value = eval(lobe, normals, to, from);
-    let cosine = to.dot(normals.geometric).abs() / pdf;
-    let geometric = up != ups[0];
-    (pdf > 0.0 && value != Vec3::ZERO).then(|| Sample {
-        to,
-        weight: value * (normals.arrival(from) * cosine),
-        pdf: Pdf::SolidAngle(pdf),
-        geometric,
-    })
+    // What is drawn about one normal and below its horizon is lost, whatever the other says.
+    let density = view.density(lobe, to, front);
+    if density <= 0.0 || value == Vec3::ZERO {
+        return None;
+    }
+    let pdf = share * density + (1.0 - share) * other.density(lobe, to, front);
+    let weight = value * (normals.arrival(from) * to.dot(normals.geometric).abs() / pdf);
+    Some(Sample { to, weight, pdf: Pdf::SolidAngle(pdf), geometric: view.up != ups[0] })
 }
 
 /// How much light from `from` is turned about `up`: what is rare is still tried.
@@ -142,11 +169,4 @@ fn likely(normals: &Normals, from: Vec3, up: Vec3) -> f32 {
 fn both(normals: &Normals, w: Vec3) -> [Vec3; 2] {
     let side = if normals.is_front(w) { 1.0 } else { -1.0 };
     [side * normals.shading, side * normals.geometric]
-}
-
-fn drawn(lobe: &impl Rough, up: Vec3, from: Vec3, u: [f32; 3], front: bool) -> Option<Vec3> {
-    let frame = Frame::new(up, lobe.tangent());
-    let wo = frame.local(from);
-    let wi = (wo.z > 0.0).then(|| lobe.draw(wo, u, front))?;
-    (wi.z != 0.0).then(|| frame.world(wi))
 }

@@ -64,6 +64,10 @@ impl Rough for RoughDielectric {
         (value as f32 * self.tint, density as f32)
     }
 
+    fn squared_index(&self, front: bool) -> f32 {
+        (self.eta(front) * self.eta(front)) as f32
+    }
+
     fn draw(&self, wo: DVec3, u: [f32; 3], front: bool) -> DVec3 {
         let eta = self.eta(front);
         let half = self.facets().facet(wo, [f64::from(u[0]), f64::from(u[1])]);

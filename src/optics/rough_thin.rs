@@ -1,8 +1,8 @@
+use super::ThinDielectric;
 use super::albedo;
 use super::glossy::{draw_grazing, grazing};
 use super::microfacet::{Ggx, mirror};
 use super::rough::Rough;
-use super::{ThinDielectric, fresnel_dielectric};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -28,14 +28,14 @@ impl RoughThin {
         ThinDielectric { ior: self.ior, tint: self.tint }.reflectance(cos as f32)
     }
 
-    /// Of light from all directions.
+    /// Of light from all directions, nearly: at the cosine of Schlick's mean.
     fn average(&self) -> f32 {
-        albedo::cosine_weighted(|mu| {
-            let r = fresnel_dielectric(mu, self.ior);
-            2.0 * r / (1.0 + r)
-        })
+        self.reflectance(MEAN_COSINE)
     }
 }
+
+/// 1 − 21^(−1/5): where Schlick's law reflects what it does on the average.
+const MEAN_COSINE: f64 = 0.4561;
 
 impl Rough for RoughThin {
     fn tangent(&self) -> Vec3 {

@@ -298,7 +298,7 @@ impl Fields for Lobe {
     fn feed(&self, fnv: &mut Fnv) {
         match self {
             Self::Diffuse(Diffuse { albedo, two_sided, under: None }) => {
-                (0_u32, (albedo, two_sided)).feed(fnv)
+                (0_u32, (albedo, two_sided)).feed(fnv);
             }
             Self::Diffuse(Diffuse { albedo, two_sided, under: Some(layers) }) => {
                 (5_u32, ((albedo, two_sided), layers)).feed(fnv);
