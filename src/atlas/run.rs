@@ -59,6 +59,13 @@ pub fn check(scene: &Scene, settings: &Settings) -> Result<()> {
         ));
     }
     for material in &scene.materials {
+        if material.covered < 1.0 || material.has_holes() {
+            return usage(format!(
+                "`{}` is there in part (alpha), and light that passes beside it has no single power of t; make it opaque, or \
+                 render single points of the square",
+                material.name
+            ));
+        }
         let lobes = material.bsdf.terms.iter().filter(|_| material.follows.s.is_none());
         let delta = lobes.clone().filter(|term| term.lobe.is_delta()).map(|term| term.coefficient);
         let straight = material.follows.t.is_none().then_some(material.bsdf.straight);

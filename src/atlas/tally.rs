@@ -10,7 +10,7 @@ use crate::photon_map::Found;
 use crate::plan::{Direct, Frame, Plan};
 use crate::rays::{Hit, Segment};
 use crate::sampling::Rng;
-use crate::scene::Material;
+use crate::scene::{Material, MatterAt};
 use glam::Vec3;
 
 /// Adds up what a row of pixels shows, by place.
@@ -177,8 +177,8 @@ fn straight_along(
     plan.rays.crossings(segment, hits);
     let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
     for hit in hits.iter() {
-        let material = plan.scene.material_of(hit.triangle);
-        through = through * material.bsdf.straight;
+        let MatterAt { material, bsdf, .. } = plan.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
+        through = through * bsdf.straight;
         orders = orders.crossed(material);
     }
     let left = if plan.rays.absorb() { plan.rays.passed(&plan.scene, segment, absorption).1 } else { Vec3::ONE };

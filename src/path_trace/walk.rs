@@ -212,7 +212,11 @@ impl<'a> Walk<'a> {
                 let beyond = self.rays.absorption_towards(material, &at, line.direction);
                 absorption = beyond.unwrap_or(absorption);
             }
-            reads = reads.through(material.bsdf.straight);
+            let straight = match material.has_holes() {
+                true => self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0).bsdf.straight,
+                false => material.bsdf.straight,
+            };
+            reads = reads.through(straight);
             if reads.is_zero() {
                 break;
             }

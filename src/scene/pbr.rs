@@ -317,7 +317,12 @@ impl Pbr {
             for colour in [&mut kept.specular_colour, &mut kept.translucent_colour, &mut kept.sheen] {
                 colour.texture = None;
             }
-            (kept.metallic_roughness, kept.anisotropy, kept.film_texture) = (None, None, None);
+            (kept.anisotropy, kept.film_texture) = (None, None);
+        }
+        // What neither mirrors nor lets through looks the same however rough it is.
+        let mirrors = self.specular.factor > 0.0 && self.ior != 1.0;
+        if !lobes || !(mirrors || self.metallic > 0.0 || self.transmission.factor > 0.0) {
+            kept.metallic_roughness = None;
         }
         if self.unlit || !picture {
             kept.emissive.texture = None;

@@ -4,7 +4,7 @@ use crate::small::Small;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{Vec2, Vec3, Vec4};
-use halflight::optics::{Diffuse, Lobe, Mirror, Term};
+use halflight::optics::{Diffuse, Lobe, Mirror};
 use halflight::scene::texture::{Sampler, Wrap};
 use halflight::scene::{Inputs, Material, Pbr, Scene};
 use proptest::prelude::*;

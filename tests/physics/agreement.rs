@@ -11,7 +11,7 @@
 
 use crate::moved::somewhere;
 use crate::support::{Build, diffuse, glow, skipped};
-use crate::textures::{CORNERS, body, hills, squares};
+use crate::textures::{CORNERS, body, hills, holes, squares};
 use glam::Vec3;
 use halflight::film::{Film, Layer};
 use halflight::light::{Light, Matrix};
@@ -20,7 +20,9 @@ use halflight::optics::{Dielectric, Glossy, Lobe, Mirror};
 use halflight::plan::{Direct, Method, Settings};
 use halflight::render::Render;
 use halflight::scene::texture::Encoding;
-use halflight::scene::{Camera, Factor, Illumination, Luminaire, Material, Matter, Pbr, Projection, Scene};
+use halflight::scene::{
+    Alpha, Camera, Factor, Illumination, Luminaire, Material, Matter, Pbr, Projection, Scene,
+};
 
 const SIDE: u32 = 20;
 
@@ -301,6 +303,73 @@ fn with_rough_metal() {
         let mut build = mixed(true, false);
         build.0.materials[0].lobes = vec![(1.0, rough(0.4, Vec3::splat(0.6)))];
         must_agree("rough metal, direct photons", &build.finish(), Direct::Photons);
+    }
+}
+
+/// A body of glTF's parameters, the same all over.
+fn pbr(base: Vec3, roughness: f32) -> Pbr {
+    Pbr { base: Factor::new(base), metallic: 0.0, roughness, ..Pbr::default() }
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_layers_over_bodies() {
+    let mut build = mixed(false, false);
+    build.0.materials[0] = Material::pbr("White", pbr(Vec3::splat(0.6), 0.5));
+    let red = Vec3::new(0.8, 0.3, 0.2);
+    let coated = Pbr { coat: Factor::new(1.0), coat_roughness: Factor::new(0.1), ..pbr(red, 0.6) };
+    let velvet = Pbr { sheen: Factor::new(Vec3::new(0.2, 0.4, 0.9)), sheen_roughness: Factor::new(0.4), ..pbr(red, 0.8) };
+    let leaf = Pbr {
+        translucence: Factor::new(0.6),
+        translucent_colour: Factor::new(Vec3::new(0.3, 0.9, 0.4)),
+        two_sided: true,
+        ..pbr(red, 0.4)
+    };
+    let frosted = Pbr {
+        transmission: Factor::new(0.9),
+        solid: true,
+        two_sided: true,
+        ..pbr(Vec3::new(0.9, 1.0, 0.95), 0.4)
+    };
+    let balls = [
+        (coated, Vec3::new(-0.5, -0.5, 0.1)),
+        (velvet, Vec3::new(0.5, -0.5, 0.1)),
+        (leaf, Vec3::new(-0.5, 0.4, -0.2)),
+        (frosted, Vec3::new(0.5, 0.4, -0.2)),
+    ];
+    for (pbr, centre) in balls {
+        let ball = build.0.material(Material::pbr("Ball", pbr));
+        build.sphere(centre, 0.38, (48, 24), false, ball);
+    }
+    must_agree("layers", &build.finish(), Direct::Connection);
+}
+
+/// Panes that are there in part, and one with holes, hang between lamp and floor.
+fn panes(illumination: Illumination) -> Scene {
+    let mut build = mixed(true, false);
+    build.0.illumination = Some(illumination);
+    let thin = Pbr { coverage: Alpha::Blend, alpha: 0.4, two_sided: true, ..pbr(Vec3::new(0.9, 0.2, 0.1), 0.5) };
+    let thin = build.0.material(Material::pbr("Veil", thin));
+    build.quad(Vec3::new(-0.8, 0.3, -0.8), 1.2 * Vec3::Z, 0.9 * Vec3::X, thin);
+    let holes = Pbr {
+        base: Factor { factor: Vec3::splat(0.7), texture: Some(holes()) },
+        coverage: Alpha::Mask(0.5),
+        two_sided: true,
+        ..pbr(Vec3::ONE, 0.5)
+    };
+    let holes = build.0.material(Material::pbr("Sieve", holes));
+    build.quad(Vec3::new(-0.1, 0.1, -0.8), 1.4 * Vec3::Z, 0.9 * Vec3::X, holes);
+    build.0.shapes.last_mut().expect("the pane").uvs[0] = Some(CORNERS.to_vec());
+    build.finish()
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_matter_that_is_there_in_part() {
+    must_agree("panes", &panes(Illumination::GLOBAL), Direct::Connection);
+    if !left_to_the_long_run("panes inside the square, panes by photons") {
+        must_agree("half panes", &panes(Illumination::Square { s: 0.6, t: 0.4 }), Direct::Connection);
+        must_agree("panes by photons", &panes(Illumination::GLOBAL), Direct::Photons);
     }
 }
 

@@ -4,6 +4,7 @@ mod support;
 mod volume;
 
 mod agreement;
+mod alpha;
 mod area_light;
 mod atlas;
 mod determinism;

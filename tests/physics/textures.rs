@@ -23,6 +23,17 @@ pub fn squares(side: u32, encoding: Encoding, texel: impl Fn(u32, u32) -> u8) ->
     Texture { sampler, ..Texture::new(Arc::new(image)) }
 }
 
+/// White with holes: every second square of eight in a row is one.
+pub fn holes() -> Texture {
+    let (side, mut texels) = (8_u32, Vec::new());
+    for i in 0..side * side {
+        texels.extend([255, 255, 255, if (i % side + i / side).is_multiple_of(2) { 255 } else { 0 }]);
+    }
+    let image = Image::new("holes", [side; 2], texels, Encoding::Colour).expect("four channels");
+    let sampler = Sampler { linear: false, ..Sampler::default() };
+    Texture { sampler, ..Texture::new(Arc::new(image)) }
+}
+
 /// Hills and valleys; slopes up to `steep`, no two alike in their neighbourhood.
 pub fn hills(side: u32, steep: f32) -> NormalMap {
     let texel = |i: u32| {
@@ -37,9 +48,9 @@ pub fn hills(side: u32, steep: f32) -> NormalMap {
     NormalMap { texture: Texture::new(Arc::new(image)), scale: 1.0 }
 }
 
-/// A body that is neither metal nor glass.
+/// A body that is neither metal nor glass, and mirrors nothing.
 pub fn body(base: Factor<Vec3>) -> Pbr {
-    Pbr { base, metallic: 0.0, ..Pbr::default() }
+    Pbr { base, metallic: 0.0, specular: Factor::new(0.0), ..Pbr::default() }
 }
 
 fn textured(texture: Texture) -> Factor<Vec3> {
@@ -263,7 +274,7 @@ fn where_metal_is_smooth_it_mirrors_and_elsewhere_it_does_not() {
     let image = Image::new("metal", [2, 1], texels, Encoding::Data).expect("three channels");
     let sampler = Sampler { linear: false, ..Sampler::default() };
     let metallic_roughness = Some(Texture { sampler, ..Texture::new(Arc::new(image)) });
-    let pbr = Pbr { metallic_roughness, base: Factor::new(Vec3::splat(0.6)), ..Pbr::default() };
+    let pbr = Pbr { metallic_roughness, metallic: 1.0, ..body(Factor::new(Vec3::splat(0.6))) };
     let material = Material::pbr("Half", pbr);
     assert_eq!(material.lobes.len(), 2, "either kind occurs");
     let mirror = Lobe::Mirror(Mirror { tint: Vec3::splat(0.6), two_sided: false });
