@@ -206,7 +206,7 @@ fn a_white_floor_of_hills_loses_nothing() {
         metallic,
         roughness: if metallic > 0.0 { 0.0 } else { 1.0 },
         normal: Some(normal),
-        ..Pbr::default()
+        ..body(Factor::new(Vec3::ONE))
     };
     for (name, metallic) in [("white", 0.0), ("mirror", 1.0)] {
         for method in METHODS {
