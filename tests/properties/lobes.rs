@@ -361,7 +361,7 @@ fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
     for (k, lobe) in lobes.iter().enumerate() {
         // Rough lobes take their time.
         let few = lobe.roughness().is_some();
-        for normals in facets().into_iter().take(if few { 3 } else { 5 }) {
+        for normals in if few { facets()[1..3].to_vec() } else { facets() } {
             for (i, ends) in ends.iter().enumerate().take(if few { 2 } else { 3 }) {
                 let [(gathered, a), (shot, b)] =
                     read_from_both_ends(lobe, &normals, *ends, (10 * k + i) as u64);
