@@ -311,6 +311,29 @@ fn pbr(base: Vec3, roughness: f32) -> Pbr {
     Pbr { base: Factor::new(base), metallic: 0.0, roughness, ..Pbr::default() }
 }
 
+/// There is no cliff where a mirror or glass becomes rough: photons and paths agree at each roughness, and pictures of next to
+/// no roughness are those of none.
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn from_smooth_to_rough() {
+    let scene = |roughness: f32| {
+        let mut build = mixed(false, false);
+        let metal = Pbr { base: Factor::new(Vec3::new(0.9, 0.8, 0.7)), metallic: 1.0, roughness, ..Pbr::default() };
+        let glass = Pbr { transmission: Factor::new(1.0), solid: true, two_sided: true, ..pbr(Vec3::ONE, roughness) };
+        for (pbr, centre) in [(metal, Vec3::new(-0.45, -0.5, 0.0)), (glass, Vec3::new(0.45, -0.45, 0.2))] {
+            let ball = build.0.material(Material::pbr("Ball", pbr));
+            build.sphere(centre, 0.4, (48, 24), false, ball);
+        }
+        build.finish()
+    };
+    let steps = [0.0, 0.002, 0.01, 0.05, 0.1, 0.3];
+    for roughness in steps {
+        if roughness == 0.05 || !left_to_the_long_run("all but one roughness") {
+            must_agree(&format!("roughness {roughness}"), &scene(roughness), Direct::Connection);
+        }
+    }
+}
+
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_layers_over_bodies() {
