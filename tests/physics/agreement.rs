@@ -285,6 +285,9 @@ fn rough(roughness: f32, tint: Vec3) -> Lobe {
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_rough_metal() {
+    if left_to_the_long_run("rough metal") {
+        return;
+    }
     let mut build = mixed(false, false);
     let tint = Vec3::new(0.9, 0.8, 0.7);
     let balls = [
@@ -298,17 +301,51 @@ fn with_rough_metal() {
         build.sphere(centre, 0.38, (48, 24), false, ball);
     }
     must_agree("rough metal", &build.finish(), Direct::Connection);
-    if !left_to_the_long_run("rough metal, direct photons") {
-        // All walls are.
-        let mut build = mixed(true, false);
-        build.0.materials[0].lobes = vec![(1.0, rough(0.4, Vec3::splat(0.6)))];
-        must_agree("rough metal, direct photons", &build.finish(), Direct::Photons);
-    }
+    // All walls are.
+    let mut build = mixed(true, false);
+    build.0.materials[0].lobes = vec![(1.0, rough(0.4, Vec3::splat(0.6)))];
+    must_agree("rough metal, direct photons", &build.finish(), Direct::Photons);
 }
 
 /// A body of glTF's parameters, the same all over.
 fn pbr(base: Vec3, roughness: f32) -> Pbr {
     Pbr { base: Factor::new(base), metallic: 0.0, roughness, ..Pbr::default() }
+}
+
+/// One scene with some of each: what the others below test apart.
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_matter_of_all_kinds() {
+    let mut build = mixed(false, false);
+    let squares = squares(8, Encoding::Colour, |x, y| if (x + y).is_multiple_of(2) { 230 } else { 150 });
+    let base = Factor { factor: Vec3::new(0.8, 0.6, 0.5), texture: Some(squares) };
+    build.0.materials[0] = Material::pbr("White", Pbr { base, ..pbr(Vec3::ONE, 0.5) });
+    build.0.shapes.iter_mut().for_each(|shape| shape.uvs[0] = Some(CORNERS.to_vec()));
+    let red = Vec3::new(0.8, 0.3, 0.2);
+    let metal = Pbr { metallic: 1.0, ..pbr(Vec3::new(0.9, 0.8, 0.7), 0.15) };
+    let coated = Pbr { coat: Factor::new(1.0), coat_roughness: Factor::new(0.1), ..pbr(red, 0.6) };
+    let frosted = Pbr { transmission: Factor::new(0.9), solid: true, two_sided: true, ..pbr(Vec3::ONE, 0.3) };
+    let leaf = Pbr {
+        translucence: Factor::new(0.6),
+        two_sided: true,
+        coverage: Alpha::Blend,
+        alpha: 0.6,
+        ..pbr(red, 0.4)
+    };
+    let balls = [
+        (Material::pbr("Metal", metal), Vec3::new(-0.5, -0.5, 0.1)),
+        (
+            Material::pbr("Frosted", frosted).with_absorption(Vec3::new(0.2, 0.9, 1.5)),
+            Vec3::new(0.5, -0.5, 0.1),
+        ),
+        (Material::pbr("Coated", coated), Vec3::new(-0.5, 0.4, -0.2)),
+        (Material::pbr("Leaf", leaf), Vec3::new(0.5, 0.4, -0.2)),
+    ];
+    for (material, centre) in balls {
+        let ball = build.0.material(material);
+        build.sphere(centre, 0.38, (48, 24), false, ball);
+    }
+    must_agree("all kinds", &build.finish(), Direct::Connection);
 }
 
 /// There is no cliff where a mirror or glass becomes rough: photons and paths agree at each roughness, and pictures of next to
@@ -328,15 +365,19 @@ fn from_smooth_to_rough() {
     };
     let steps = [0.0, 0.002, 0.01, 0.05, 0.1, 0.3];
     for roughness in steps {
-        if roughness == 0.05 || !left_to_the_long_run("all but one roughness") {
-            must_agree(&format!("roughness {roughness}"), &scene(roughness), Direct::Connection);
+        if left_to_the_long_run("from smooth to rough") {
+            return;
         }
+        must_agree(&format!("roughness {roughness}"), &scene(roughness), Direct::Connection);
     }
 }
 
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_layers_over_bodies() {
+    if left_to_the_long_run("layers") {
+        return;
+    }
     let mut build = mixed(false, false);
     build.0.materials[0] = Material::pbr("White", pbr(Vec3::splat(0.6), 0.5));
     let red = Vec3::new(0.8, 0.3, 0.2);
@@ -389,16 +430,20 @@ fn panes(illumination: Illumination) -> Scene {
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_matter_that_is_there_in_part() {
-    must_agree("panes", &panes(Illumination::GLOBAL), Direct::Connection);
-    if !left_to_the_long_run("panes inside the square, panes by photons") {
-        must_agree("half panes", &panes(Illumination::Square { s: 0.6, t: 0.4 }), Direct::Connection);
-        must_agree("panes by photons", &panes(Illumination::GLOBAL), Direct::Photons);
+    if left_to_the_long_run("panes") {
+        return;
     }
+    must_agree("panes", &panes(Illumination::GLOBAL), Direct::Connection);
+    must_agree("half panes", &panes(Illumination::Square { s: 0.6, t: 0.4 }), Direct::Connection);
+    must_agree("panes by photons", &panes(Illumination::GLOBAL), Direct::Photons);
 }
 
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_glass_that_absorbs_and_spreads_colours() {
+    if left_to_the_long_run("colours in glass") {
+        return;
+    }
     let mut build = mixed(false, false);
     let glass = Material::glass("Glass", 1.5).with_absorption(Vec3::new(0.3, 1.2, 2.0)).with_dispersion(8.0);
     let glass = build.0.material(glass);
@@ -432,6 +477,9 @@ pub fn patterned() -> Scene {
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn with_textures_and_normal_maps() {
+    if left_to_the_long_run("textures") {
+        return;
+    }
     must_agree("textures", &patterned(), Direct::Connection);
 }
 
