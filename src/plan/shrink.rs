@@ -4,7 +4,7 @@ use super::Settings;
 use super::components::Components;
 use super::flow::{Flow, emission};
 use super::omission::{Omission, Omittable};
-use crate::optics::{Lobe, Term};
+use crate::optics::Term;
 use crate::rays::Rays;
 use crate::scene::{Luminaire, Material, Mesh, Scene};
 
@@ -29,7 +29,7 @@ pub(super) fn media(rays: Rays, scene: &Scene, settings: &Settings, omissions: &
     if settings.keeps(Omittable::Media) {
         return rays.keeping_media(scene);
     }
-    let glass = |term: &Term| matches!(term.lobe, Lobe::Dielectric(_));
+    let glass = |term: &Term| term.lobe.is_solid();
     if !rays.has_media() && scene.materials.iter().flat_map(|material| &material.bsdf.terms).any(glass) {
         omissions.push(
             Omittable::Media.because(
@@ -108,7 +108,9 @@ pub(super) fn drop_unread(
         omissions.extend(drop_textures(scene));
     }
     if !settings.keeps(Omittable::Luminaires) {
-        omissions.extend(drop_light(scene, if photons { flow.useful } else { flow.linked }));
+        // Glossy lobes read it by connections alone.
+        let read = if photons { flow.linked.or(flow.useful) } else { flow.linked };
+        omissions.extend(drop_light(scene, read));
     }
 }
 
