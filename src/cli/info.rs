@@ -245,12 +245,14 @@ fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
     let (_, radius) = scene.bounding_sphere();
     let mut of_material: BTreeMap<u32, (usize, Light)> = BTreeMap::new();
     let mut punctual = Vec::new();
+    let mut before = None;
     for luminaire in &scene.luminaires {
+        let goes_on = luminaire.goes_on(before.replace(luminaire));
         let power = luminaire.power(radius);
         let kind = match *luminaire {
             Luminaire::Triangle { triangle, .. } => {
                 let all = of_material.entry(scene.surface_of(triangle).material).or_insert((0, Light::ZERO));
-                *all = (all.0 + 1, all.1 + power);
+                *all = (all.0 + usize::from(!goes_on), all.1 + power);
                 continue;
             }
             Luminaire::Point { .. } => "point light",

@@ -194,12 +194,15 @@ fn omissions_as_json(plan: &Plan, savings: Option<&[Saving]>) -> Vec<Value> {
 fn facts(scene: &Scene) -> String {
     let smooth = scene.surfaces.iter().filter(|surface| surface.smooth).count();
     let punctual = scene.luminaires.iter().filter(|luminaire| luminaire.is_delta()).count();
+    let mut before = None;
+    let shining = scene.luminaires.iter().filter(|luminaire| !luminaire.is_delta());
+    let triangles = shining.filter(|luminaire| !luminaire.goes_on(before.replace(*luminaire))).count();
     format!(
         "{} triangles in {} surfaces ({smooth} smooth), {} materials, {} emissive triangles, {punctual} punctual lights",
         scene.mesh.triangles.len(),
         scene.surfaces.len(),
         scene.materials.len(),
-        scene.luminaires.len() - punctual,
+        triangles,
     )
 }
 

@@ -8,7 +8,7 @@ use crate::emission::ALIKE;
 use crate::light::Light;
 use crate::rays::Segment;
 use crate::sampling::Cumulative;
-use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between, warn_falloff};
+use crate::scene::{Luminaire, Part, Parts, Scene, SurfacePoint, versine_between, warn_falloff};
 use glam::{DVec3, Vec3};
 use polygon::{Facet, Plane};
 use std::collections::HashMap;
@@ -37,8 +37,10 @@ pub struct Connections {
     /// Luminaires of which one is chosen, by index, and with which probabilities: by power, a share to all alike.
     one_of: Vec<u32>,
     choice: Cumulative,
-    /// The place among them of each triangle that shines, where lines come upon them by chance too.
+    /// The place among them of each triangle that shines alike all over, where lines come upon them by chance too.
     place: HashMap<u32, u32>,
+    /// And of parts of triangles.
+    parts: Parts<u32>,
     /// Nothing hides any luminaire.
     all_is_seen: bool,
 }
@@ -74,6 +76,7 @@ impl Connections {
             one_of: Vec::new(),
             choice: Cumulative::default(),
             place: HashMap::new(),
+            parts: Parts::default(),
             all_is_seen: false,
         }
     }
@@ -99,14 +102,18 @@ impl Connections {
         // In proportion to power, a share of all alike: the strongest may be behind a wall.
         let alike = ALIKE / powers.len() as f64;
         let choice = Cumulative::new(powers.into_iter().map(|power| (1.0 - ALIKE) * power / sum + alike));
-        let by_chance = one_of.iter().zip(0..).filter(|_| lobes == Lobes::Any);
-        let place = by_chance
-            .filter_map(|(&luminaire, place)| match scene.luminaires[luminaire as usize] {
-                Luminaire::Triangle { triangle, .. } => Some((triangle, place)),
-                _ => None,
-            })
-            .collect();
-        Self { every, closed_form, one_of, choice, place, all_is_seen }
+        let by_chance = || one_of.iter().zip(0..).filter(|_| lobes == Lobes::Any);
+        let whole = |(&luminaire, place): (&u32, u32)| match scene.luminaires[luminaire as usize] {
+            Luminaire::Triangle { triangle, part: None, .. } => Some((triangle, place)),
+            _ => None,
+        };
+        let part = |(&luminaire, place): (&u32, u32)| match scene.luminaires[luminaire as usize] {
+            Luminaire::Triangle { triangle, part: Some(part), .. } => Some((triangle, part, place)),
+            _ => None,
+        };
+        let (place, parts) = (by_chance().filter_map(whole).collect(), by_chance().filter_map(part));
+        let parts = Parts::new(parts);
+        Self { every, closed_form, one_of, choice, place, parts, all_is_seen }
     }
 
     /// Of how many luminaires each sample chooses one; the others are all summed.
@@ -151,21 +158,32 @@ impl Connections {
 
     /// Density in solid angle (sr⁻¹) with which a connection from `point` would have led along a line that met `target`, a point of
     /// a triangle, at distance `t` and cosine `cos`. Zero where none ever does.
-    pub fn density(&self, scene: &Scene, point: &SurfacePoint, target: &SurfacePoint, [t, cos]: [f32; 2]) -> f32 {
-        let Some(&place) = self.place.get(&target.triangle) else { return 0.0 };
-        let Luminaire::Triangle { triangle, emission, area } = scene.luminaires[self.one_of[place as usize] as usize]
+    pub fn density(
+        &self,
+        scene: &Scene,
+        point: &SurfacePoint,
+        target: &SurfacePoint,
+        [t, cos]: [f32; 2],
+    ) -> f32 {
+        let place = self.place.get(&target.triangle).copied();
+        let Some(place) = place.or_else(|| self.parts.at(target.triangle, [target.u, target.v])) else {
+            return 0.0;
+        };
+        let Luminaire::Triangle { triangle, part, emission, area } =
+            scene.luminaires[self.one_of[place as usize] as usize]
         else {
             return 0.0;
         };
-        let corners = scene.mesh.corners(triangle);
-        if !Plane::through(corners).lights(point, emission.two_sided) {
+        if !Plane::through(scene.mesh.corners(triangle)).lights(point, emission.two_sided) {
             return 0.0;
         }
+        let corners = corners_of(scene, triangle, part);
         let corners = corners.map(|corner| (corner - point.position).as_dvec3());
-        let density = match is_near(&corners, area).then(|| solid_angle(corners.map(DVec3::normalize))).flatten() {
-            Some(sr) => 1.0 / sr as f32,
-            None => t * t / (cos * area),
-        };
+        let density =
+            match is_near(&corners, area).then(|| solid_angle(corners.map(DVec3::normalize))).flatten() {
+                Some(sr) => 1.0 / sr as f32,
+                None => t * t / (cos * area),
+            };
         self.choice.weight(place as usize) as f32 * density
     }
 
@@ -187,11 +205,11 @@ impl Connections {
 /// A point of one luminaire, seen from `point`. None: it does not shine there.
 fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 2]) -> Option<Connection> {
     match *luminaire {
-        Luminaire::Triangle { triangle, emission, area } => {
+        Luminaire::Triangle { triangle, part, emission, area } => {
             if !Plane::through(scene.mesh.corners(triangle)).lights(point, emission.two_sided) {
                 return None;
             }
-            let (target, density) = sample_triangle(scene, triangle, area, point.position, u)?;
+            let (target, density) = sample_triangle(scene, (triangle, part), area, point.position, u)?;
             let segment = Segment::to_surface(&scene.mesh, point, &target)?;
             let wi = segment.direction();
             let facing = -wi.dot(target.normals.geometric);
@@ -202,7 +220,8 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
                 Density::SolidAngle(sr) => sr,
                 Density::Area => facing.abs() * area / segment.length().powi(2) as f32,
             };
-            Some(Connection { wi, light: sr * emission.radiance, segment, density: Some(1.0 / sr) })
+            let light = sr * scene.radiance_at(&target, part, emission);
+            Some(Connection { wi, light, segment, density: Some(1.0 / sr) })
         }
         Luminaire::Point { position, intensity } => punctual(point, position, |_, _| 1.0, intensity),
         Luminaire::Spot { position, direction, intensity, cone } => {
@@ -238,12 +257,7 @@ fn punctual(
     let segment = Segment::between(point, position)?;
     let (wi, r) = (segment.direction(), segment.length() as f32);
     let profile = profile(-wi, r);
-    (profile > 0.0).then(|| Connection {
-        wi,
-        light: (profile / (r * r)) * intensity,
-        segment,
-        density: None,
-    })
+    (profile > 0.0).then(|| Connection { wi, light: (profile / (r * r)) * intensity, segment, density: None })
 }
 
 enum Density {
@@ -260,23 +274,31 @@ const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 /// nearly constant over it that finding the solid angle costs more than it saves.
 const NEARLY_CONSTANT: f64 = 0.05;
 
-/// A point of a triangle, uniform over its solid angle from `eye` where that is large enough to matter.
+/// Corners of a triangle, or of a part of it.
+fn corners_of(scene: &Scene, triangle: u32, part: Option<Part>) -> [Vec3; 3] {
+    let corners @ [a, b, c] = scene.mesh.corners(triangle);
+    part.map_or(corners, |part| part.corners().map(|[u, v]| (1.0 - u - v) * a + u * b + v * c))
+}
+
+/// A point of a triangle, or of a part of it, uniform over its solid angle from `eye` where that is large enough to matter.
 fn sample_triangle(
     scene: &Scene,
-    triangle: u32,
+    (triangle, part): (u32, Option<Part>),
     area: f32,
     eye: Vec3,
     u: [f32; 2],
 ) -> Option<(SurfacePoint, Density)> {
-    let corners = scene.mesh.corners(triangle).map(|corner| (corner - eye).as_dvec3());
+    let point = |place: [f32; 2]| {
+        let [b1, b2] = part.map_or(place, |part| part.place(place));
+        scene.mesh.point(triangle, b1, b2, false)
+    };
+    let corners = corners_of(scene, triangle, part).map(|corner| (corner - eye).as_dvec3());
     if is_near(&corners, area)
         && let Some((direction, sr)) = sample_spherical_triangle(corners, u)
     {
-        let [b1, b2] = barycentrics(corners, direction)?;
-        return Some((scene.mesh.point(triangle, b1, b2, false), Density::SolidAngle(sr as f32)));
+        return Some((point(barycentrics(corners, direction)?), Density::SolidAngle(sr as f32)));
     }
-    let [b1, b2] = crate::sampling::warp::triangle(u);
-    Some((scene.mesh.point(triangle, b1, b2, false), Density::Area))
+    Some((point(crate::sampling::warp::triangle(u)), Density::Area))
 }
 
 /// True where the solid angle of a triangle is sampled, not its area.

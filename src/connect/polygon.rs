@@ -34,7 +34,8 @@ impl Facet {
     pub fn of(scene: &Scene, luminaires: &[u32]) -> Vec<Self> {
         let mut facets: Vec<Self> = Vec::new();
         for &i in luminaires {
-            let Luminaire::Triangle { triangle, emission, .. } = scene.luminaires[i as usize] else {
+            let Luminaire::Triangle { triangle, part: None, emission, .. } = scene.luminaires[i as usize]
+            else {
                 continue;
             };
             let [a, b, c] = scene.mesh.corners(triangle);

@@ -7,9 +7,9 @@ mod guide;
 pub use beam::Beam;
 pub use guide::Guide;
 
-use crate::light::Power;
+use crate::light::{Light, Power};
 use crate::sampling::{Cumulative, warp};
-use crate::scene::{Luminaire, Scene, warn_falloff};
+use crate::scene::{Emission, Luminaire, Scene, warn_falloff};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -23,7 +23,7 @@ pub struct Emitted<P> {
     pub origin: Vec3,
     /// Unit direction.
     pub direction: Vec3,
-    /// Power of the path (W) at the luminaire; every path of one luminaire carries the same.
+    /// Power of the path (W) at the luminaire; every path of one luminaire that shines alike all over carries the same.
     pub power: P,
     /// Factor on `power` at distance r along the first line.
     pub falloff: Falloff,
@@ -94,7 +94,7 @@ impl<'a, P: Power> Emitters<'a, P> {
         // The choice of the luminaire leaves a number that is uniform again, and as well stratified: it chooses sides.
         let rest = ((x - self.choice.below(index)) / probability) as f32;
         let share = (1.0 / (probability * f64::from(paths))) as f32;
-        let power = P::of(luminaire.power(self.radius)).scaled(share);
+        let power = P::of(self.power(luminaire, [u[1], u[2]])).scaled(share);
         let (origin, direction, falloff, beam) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
         let beam = beam.thinned(self.together[index]);
         // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
@@ -103,6 +103,20 @@ impl<'a, P: Power> Emitters<'a, P> {
             Falloff::Warn(attenuation) => power.scaled(1.0 / warn_falloff(attenuation, self.radius)),
         };
         Emitted { origin, direction, power, falloff, beam }
+    }
+
+    /// The power of a luminaire, as if it shone everywhere as it does at the place where a path starts.
+    fn power(&self, luminaire: &Luminaire, place: [f32; 2]) -> Light {
+        match *luminaire {
+            Luminaire::Triangle { triangle, part: Some(part), emission, area } => {
+                let [b1, b2] = part.place(warp::triangle(place));
+                let point = self.scene.mesh.point(triangle, b1, b2, false);
+                let radiance = self.scene.radiance_at(&point, Some(part), emission);
+                let emission = Emission { radiance, ..emission };
+                Luminaire::Triangle { triangle, part: Some(part), emission, area }.power(self.radius)
+            }
+            _ => luminaire.power(self.radius),
+        }
     }
 
     /// The luminaire that `u0` in [0, 1) chooses.
@@ -118,8 +132,9 @@ impl<'a, P: Power> Emitters<'a, P> {
         turn: [f32; 2],
     ) -> (Vec3, Vec3, Falloff, Beam) {
         match *luminaire {
-            Luminaire::Triangle { triangle, emission, .. } => {
-                let [b1, b2] = warp::triangle(place);
+            Luminaire::Triangle { triangle, part, emission, .. } => {
+                let place = warp::triangle(place);
+                let [b1, b2] = part.map_or(place, |part| part.place(place));
                 let point = self.scene.mesh.point(triangle, b1, b2, false);
                 let front = point.normals.geometric;
                 let up = if emission.two_sided && side >= 0.5 { -front } else { front };

@@ -187,6 +187,9 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
             }
+            // Where a connection had a chance of it too, it is as bright as that finds it.
+            let at_point = line.by_chance.is_some() && material.pattern.is_some();
+            let seen = if at_point { plan.scene.emission_at(&point) } else { seen };
             if let Some(emission) = seen
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
@@ -197,8 +200,17 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             }
             if delta_chain < most {
                 let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
-                let here =
-                    Here { rows, material, bsdf, point, wo, travelled, footprint, most_reflections, absorption };
+                let here = Here {
+                    rows,
+                    material,
+                    bsdf,
+                    point,
+                    wo,
+                    travelled,
+                    footprint,
+                    most_reflections,
+                    absorption,
+                };
                 self.read_surface(&here, mark, pixel, rng);
                 self.pass_on(&here, line, mark, rng);
             }

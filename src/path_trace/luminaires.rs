@@ -1,8 +1,8 @@
 use super::numbers::Numbers;
 use crate::light::{Light, Matrix};
-use crate::rays::Segment;
+use crate::rays::{Hit, Segment};
 use crate::sampling::{Cumulative, warp};
-use crate::scene::{Luminaire, Scene, SurfacePoint, versine_between};
+use crate::scene::{Luminaire, Parts, Scene, SurfacePoint, versine_between};
 use glam::Vec3;
 
 /// The luminaires that can be connected to; the default has none, which leaves finding them to chance.
@@ -12,6 +12,8 @@ pub(super) struct Luminaires {
     choice: Cumulative,
     /// For each triangle of the mesh, the density (m⁻²) with which a connection ends at a point of it.
     pdf_area: Vec<f32>,
+    /// Of triangles that do not shine alike all over, the same for each part.
+    of_parts: Parts<f32>,
 }
 
 /// A connection from a surface point to a luminaire, before anything is known about what lies between.
@@ -36,23 +38,36 @@ impl Luminaires {
             f64::from(if visible { power.total() } else { power.invisible.element_sum() })
         });
         let (choice, pdf_area) = (Cumulative::new(powers), vec![0.0; scene.mesh.triangles.len()]);
-        let mut luminaires = Self { choice, pdf_area };
+        let mut luminaires = Self { choice, pdf_area, of_parts: Parts::default() };
+        let mut parts = Vec::new();
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
-            if let Luminaire::Triangle { triangle, area, .. } = *luminaire {
-                let probability = luminaires.probability(index);
-                if probability > 0.0 {
-                    luminaires.pdf_area[triangle as usize] = (probability / f64::from(area)) as f32;
+            if let Luminaire::Triangle { triangle, part, area, .. } = *luminaire {
+                let pdf_area = luminaires.pdf_area(index, area);
+                match part {
+                    _ if pdf_area == 0.0 => {}
+                    None => luminaires.pdf_area[triangle as usize] = pdf_area,
+                    Some(part) => parts.push((triangle, part, pdf_area)),
                 }
             }
         }
+        luminaires.of_parts = Parts::new(parts);
         luminaires
     }
 
-    /// Density in solid angle with which a connection would have led along a line that meets `triangle` at distance
-    /// `t` and cosine `cos`; zero where none ever ends.
-    pub fn pdf_solid_angle(&self, triangle: u32, t: f32, cos: f32) -> f32 {
-        let pdf_area = self.pdf_area.get(triangle as usize).copied().unwrap_or(0.0);
-        if pdf_area == 0.0 { 0.0 } else { pdf_area * (t * t / cos) }
+    /// Density (m⁻²) on a luminaire of some area.
+    fn pdf_area(&self, index: usize, area: f32) -> f32 {
+        (self.probability(index) / f64::from(area)) as f32
+    }
+
+    /// Density in solid angle with which a connection would have led along a line that meets a triangle at cosine `cos`; zero where
+    /// none ever ends.
+    pub fn pdf_solid_angle(&self, hit: &Hit, cos: f32) -> f32 {
+        let whole = self.pdf_area.get(hit.triangle as usize).copied().unwrap_or(0.0);
+        let pdf_area = match whole {
+            0.0 => self.of_parts.at(hit.triangle, [hit.u, hit.v]).unwrap_or(0.0),
+            _ => whole,
+        };
+        if pdf_area == 0.0 { 0.0 } else { pdf_area * (hit.t * hit.t / cos) }
     }
 
     /// A connection from `at` to a random point of a random luminaire. None: dark from there.
@@ -67,8 +82,9 @@ impl Luminaires {
             return None;
         }
         match scene.luminaires[index] {
-            Luminaire::Triangle { triangle, emission, .. } => {
-                let [u, v] = warp::triangle(numbers.next());
+            Luminaire::Triangle { triangle, part, emission, area } => {
+                let place = warp::triangle(numbers.next());
+                let [u, v] = part.map_or(place, |part| part.place(place));
                 let end = scene.mesh.point(triangle, u, v, false);
                 let segment = Segment::to_surface(&scene.mesh, at, &end)?;
                 let offset = end.position - at.position;
@@ -78,8 +94,8 @@ impl Luminaires {
                 if !(cos > 0.0 || emission.two_sided) {
                     return None;
                 }
-                let pdf_solid_angle = self.pdf_area[triangle as usize] * (distance2 / cos.abs());
-                let light = (1.0 / pdf_solid_angle) * emission.radiance;
+                let pdf_solid_angle = self.pdf_area(index, area) * (distance2 / cos.abs());
+                let light = (1.0 / pdf_solid_angle) * scene.radiance_at(&end, part, emission);
                 Some(Connection { to, segment, light, pdf_solid_angle: Some(pdf_solid_angle) })
             }
             Luminaire::Directional { direction, irradiance } => {

@@ -190,9 +190,7 @@ impl<'a> Walk<'a> {
                 let MatterAt { point: at, bsdf, seen, .. } =
                     self.scene.matter_at(hit.triangle, hit.u, hit.v, footprint);
                 let from = -line.direction;
-                // Where a connection had a chance of it too, it is as bright as that finds it.
-                let emission = if line.pdf_solid_angle.is_none() { seen } else { material.emission };
-                if let Some(emission) = emission {
+                if let Some(emission) = seen {
                     let cos = from.dot(at.normals.geometric);
                     if cos > 0.0 || emission.two_sided {
                         let weight = self.chance_weight(line, hit, cos.abs());
@@ -240,9 +238,8 @@ impl<'a> Walk<'a> {
 
     /// Weight of a luminaire that was found by chance at cosine `cos`.
     fn chance_weight<const N: usize>(&self, line: &Line<N>, hit: &Hit, cos: f32) -> f32 {
-        line.pdf_solid_angle.map_or(1.0, |by_chance| {
-            power_heuristic(by_chance, self.luminaires.pdf_solid_angle(hit.triangle, hit.t, cos))
-        })
+        line.pdf_solid_angle
+            .map_or(1.0, |by_chance| power_heuristic(by_chance, self.luminaires.pdf_solid_angle(hit, cos)))
     }
 
     /// Scattering at one surface: a connection to a luminaire, and perhaps a branch.
@@ -330,7 +327,10 @@ impl<const N: usize> Encounter<'_, N> {
     /// A bound of how much a branch by `term` would read.
     fn share(&self, term: &Term) -> f32 {
         if term.lobe.responds(&self.at.normals, self.from) {
-            self.reads.through(term.coefficient).filtered(term.lobe.share(&self.at.normals, self.from)).total()
+            self.reads
+                .through(term.coefficient)
+                .filtered(term.lobe.share(&self.at.normals, self.from))
+                .total()
         } else {
             0.0
         }
@@ -429,7 +429,11 @@ fn compression(lobe: &Lobe, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
         Lobe::Dielectric(Dielectric { ior, .. }) | Lobe::RoughDielectric(RoughDielectric { ior, .. })
             if normals.is_front(from) != normals.is_front(to) =>
         {
-            if normals.is_front(from) { 1.0 / (ior * ior) } else { ior * ior }
+            if normals.is_front(from) {
+                1.0 / (ior * ior)
+            } else {
+                ior * ior
+            }
         }
         _ => 1.0,
     }

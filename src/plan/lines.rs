@@ -124,11 +124,13 @@ pub(super) fn closed_form(
     omissions: &mut Vec<Omission>,
 ) -> Vec<u32> {
     let (_, others) = summed_and_others(scene);
-    let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { .. });
+    let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { part: None, .. });
     let lobes = || scene.materials.iter().flat_map(|material| &material.bsdf.terms).map(|term| &term.lobe);
     let asked = settings.direct == Direct::Connection && !settings.atlas;
     let fits = asked && (1..=CLOSED_FORMS).contains(&others.len());
-    if settings.keeps(Omittable::LightSamples) || !fits || !others.iter().all(triangle)
+    if settings.keeps(Omittable::LightSamples)
+        || !fits
+        || !others.iter().all(triangle)
         || !lobes().any(Lobe::is_lambert)
     {
         return Vec::new();

@@ -172,7 +172,7 @@ fn matter_that_light_does_not_notice_is_not_there() {
     let mut given = scene(&[(diffuse(GREY), nothing), (diffuse(GREY), GLOBAL), (diffuse(GREY), LOCAL)], BOTH);
     let emission = crate::scene::Emission { radiance: BOTH, two_sided: true };
     given.materials[2].emission = Some(emission);
-    given.luminaires.push(Luminaire::Triangle { triangle: 2, emission, area: 1.0 });
+    given.luminaires.push(Luminaire::Triangle { triangle: 2, part: None, emission, area: 1.0 });
     let corners = given.mesh.corners(2);
     let plan = Plan::new(given, settings());
     assert!(omits(&plan, Omittable::Matter) && omits(&plan, Omittable::Materials));

@@ -1,7 +1,8 @@
 //! From shapes in world space to one mesh about a centre of its own.
 
 use super::centre::{Centre, Eye, centre};
-use super::{Luminaire, Material, Mesh, Shape, Surface};
+use super::uneven::{Uneven, parts};
+use super::{Emission, Luminaire, Material, Mesh, Pbr, Shape, Surface};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::PI;
@@ -14,7 +15,7 @@ const FLAT: f32 = 1e-3;
 pub(super) struct Assembly {
     pub mesh: Mesh,
     pub surfaces: Vec<Surface>,
-    /// One per triangle whose material shines.
+    /// One per triangle whose material shines, or per part of one.
     pub luminaires: Vec<Luminaire>,
     /// World position of the mesh's zero.
     pub origin: DVec3,
@@ -135,18 +136,37 @@ impl Assembly {
     }
 
     fn find_luminaires(&mut self, materials: &[Material]) -> Result<(), String> {
-        for (triangle, surface) in (0..).zip(&self.mesh.surface) {
-            let surface = &self.surfaces[*surface as usize];
-            let Some(emission) = materials[surface.material as usize].emission else { continue };
-            let luminaire = Luminaire::Triangle { triangle, emission, area: self.mesh.area(triangle) };
-            if !luminaire.power(1.0).total().is_finite() {
+        let material = |surface: u32| &materials[self.surfaces[surface as usize].material as usize];
+        let uneven = |surface: u32| {
+            let shines = |pattern: &&Pbr| material(surface).emission.is_some() && pattern.shines_unevenly();
+            material(surface).pattern.as_deref().filter(shines)
+        };
+        let of_surface: Vec<_> = (0..self.surfaces.len() as u32).map(uneven).collect();
+        let uneven = |(triangle, surface): (u32, &u32)| {
+            of_surface[*surface as usize].map(|pattern| Uneven { mesh: &self.mesh, triangle, pattern })
+        };
+        let mut parts =
+            parts(&(0..).zip(&self.mesh.surface).filter_map(uneven).collect::<Vec<_>>()).into_iter();
+        let mut luminaires = Vec::new();
+        for (triangle, &surface) in (0..).zip(&self.mesh.surface) {
+            let Some(emission) = material(surface).emission else { continue };
+            let area = self.mesh.area(triangle);
+            let before = luminaires.len();
+            match of_surface[surface as usize] {
+                None => luminaires.push(Luminaire::Triangle { triangle, part: None, emission, area }),
+                Some(_) => luminaires.extend(parts.next().into_iter().flatten().map(|(part, radiance)| {
+                    let (emission, area) = (Emission { radiance, ..emission }, area * part.share());
+                    Luminaire::Triangle { triangle, part: Some(part), emission, area }
+                })),
+            }
+            if !luminaires[before..].iter().all(|luminaire| luminaire.power(1.0).total().is_finite()) {
                 return Err(format!(
                     "`{}` shines with more power than single precision holds (3.4e38 W); give it less",
-                    surface.name
+                    self.surfaces[surface as usize].name
                 ));
             }
-            self.luminaires.push(luminaire);
         }
+        self.luminaires = luminaires;
         Ok(())
     }
 }
@@ -241,7 +261,6 @@ fn hole_area(positions: &[DVec3], rim: &[(u32, u32)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Emission;
 
     const CORNERS: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];

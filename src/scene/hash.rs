@@ -4,8 +4,8 @@
 use super::material::Follows;
 use super::texture::{Image, Sampler, Texture, Wrap};
 use super::{
-    Alpha, Anisotropy, Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr, Projection, Scene, SpotCone,
-    Surface, VertexColours,
+    Alpha, Anisotropy, Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr,
+    Projection, Scene, SpotCone, Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
 use crate::optics::{
@@ -318,8 +318,12 @@ impl Fields for Lobe {
 impl Fields for Luminaire {
     fn feed(&self, fnv: &mut Fnv) {
         match self {
-            Self::Triangle { triangle, emission, area } => {
+            Self::Triangle { triangle, part, emission, area } => {
                 (0_u32, (triangle, (emission, area))).feed(fnv);
+                // What shines alike came first, and keeps its hash.
+                if let Some(part) = part {
+                    (MORE, part.bits()).feed(fnv);
+                }
             }
             Self::Point { position, intensity } => (1_u32, (position, intensity)).feed(fnv),
             Self::Spot { position, direction, intensity, cone } => {

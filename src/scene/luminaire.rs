@@ -1,3 +1,4 @@
+use super::Part;
 use crate::light::Light;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -16,9 +17,17 @@ impl Emission {
     pub const fn front(radiance: Vec3) -> Self {
         Self { radiance: Light::both(radiance), two_sided: false }
     }
+
+    /// With what there is at a point of it, as far as it shines in the same components.
+    pub(super) fn with(self, there: Light) -> Self {
+        let kept = |own: Vec3, there: Vec3| Vec3::select(own.cmpgt(Vec3::ZERO), there, Vec3::ZERO);
+        let Light { invisible, visible } = self.radiance;
+        let radiance = Light::new(kept(invisible, there.invisible), kept(visible, there.visible));
+        Self { radiance, ..self }
+    }
 }
 
-/// What shines: one triangle of an emissive surface, or a punctual light.
+/// What shines: one triangle of an emissive surface or a part of it, or a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Luminaire {
@@ -26,7 +35,9 @@ pub enum Luminaire {
     Triangle {
         /// Index into the mesh.
         triangle: u32,
-        /// What it radiates.
+        /// Where it does not shine alike all over, the part of it that this is. None: all of it, which does.
+        part: Option<Part>,
+        /// What it radiates, on average over the part.
         emission: Emission,
         /// Its area, m².
         area: f32,
@@ -157,6 +168,14 @@ impl Luminaire {
     /// True for a spot so narrow that what it lights is less than a pixel of most pictures.
     pub fn is_needle(&self) -> bool {
         matches!(self, Self::Spot { cone, .. } if cone.outer < NEEDLE)
+    }
+
+    /// True for a luminaire of the triangle that `before` is of: another part of it.
+    pub(crate) fn goes_on(&self, before: Option<&Self>) -> bool {
+        match (self, before) {
+            (Self::Triangle { triangle: own, .. }, Some(Self::Triangle { triangle, .. })) => own == triangle,
+            _ => false,
+        }
     }
 
     /// True for luminaires that no ray can hit.

@@ -1,7 +1,8 @@
 //! The one place where a hit becomes matter.
 
 use super::texture::Texture;
-use super::{Emission, Inputs, Material, NormalMap, Pbr, Scene, Surface, SurfacePoint};
+use super::{Emission, Inputs, Material, NormalMap, Part, Pbr, Scene, Surface, SurfacePoint};
+use crate::light::Light;
 use crate::optics::{Bsdf, Normals};
 use glam::Vec3;
 use std::borrow::Cow;
@@ -18,8 +19,7 @@ pub struct MatterAt<'a> {
     pub point: SurfacePoint,
     /// The matrix BSDF there.
     pub bsdf: Cow<'a, Bsdf>,
-    /// What whoever looks there, by way of mirrors and glass alone, sees it radiate. What lights other things is the
-    /// material's own emission.
+    /// What it radiates there.
     pub seen: Option<Emission>,
 }
 
@@ -38,6 +38,25 @@ impl Scene {
             }
             Some(pattern) => self.patterned(pattern, surface, material, point, footprint),
         }
+    }
+
+    /// What lights other things from a point of a triangle: of a luminaire that is `part` of it and has `mean` emission. None: all of
+    /// it, which shines alike.
+    #[inline]
+    pub(crate) fn radiance_at(&self, point: &SurfacePoint, part: Option<Part>, mean: Emission) -> Light {
+        match (part, &self.material_of(point.triangle).pattern) {
+            (Some(_), Some(pattern)) => mean.with(pattern.radiance(&self.mesh.inputs(point, 0.0))).radiance,
+            _ => mean.radiance,
+        }
+    }
+
+    /// What is radiated at the point itself, where [`MatterAt::seen`] is the mean over a footprint.
+    pub(crate) fn emission_at(&self, point: &SurfacePoint) -> Option<Emission> {
+        let material = self.material_of(point.triangle);
+        let uneven = material.pattern.as_ref().filter(|pattern| pattern.shines_unevenly());
+        let emission = material.emission?;
+        let there = uneven.map(|pattern| emission.with(pattern.radiance(&self.mesh.inputs(point, 0.0))));
+        Some(there.unwrap_or(emission))
     }
 
     /// Right and up of a grain that is laid out as `texture`, or as the first set of texture coordinates.
@@ -65,10 +84,8 @@ impl Scene {
             point.normals = self.mapped(map, &point, &inputs);
         }
         let seen = match material.emission {
-            Some(emission) if pattern.shows_picture() => {
-                Some(Emission { radiance: pattern.radiance(&inputs), ..emission })
-            }
-            mean => mean,
+            Some(emission) if pattern.shines_unevenly() => Some(emission.with(pattern.radiance(&inputs))),
+            alike => alike,
         };
         MatterAt { surface, material, point, bsdf: material.at(&inputs), seen }
     }

@@ -4,11 +4,11 @@
 //! with textures another at every point. Plans look at [`Pbr::envelope`], which no point exceeds.
 
 use super::Emission;
-use super::texture::{Inputs, Texture};
+use super::texture::{Image, Inputs, Texture};
 use crate::light::Light;
 use crate::optics::{
-    Clear, Dielectric, Diffuse, Film, Glossy, Layers, Lobe, Mirror, Normals, RoughDielectric, RoughThin, Sheen,
-    ThinDielectric, Translucent, Velvet,
+    Clear, Dielectric, Diffuse, Film, Glossy, Layers, Lobe, Mirror, Normals, RoughDielectric, RoughThin,
+    Sheen, ThinDielectric, Translucent, Velvet,
 };
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
@@ -298,7 +298,7 @@ impl Pbr {
     #[must_use]
     pub fn read(&self, lobes: bool) -> Self {
         let mut kept = self.clone();
-        let (lobes, picture) = (lobes && !self.unlit, self.shows_picture());
+        let (lobes, picture) = (lobes && !self.unlit, self.shines_unevenly());
         if !(lobes || self.unlit && picture) && !self.has_holes() {
             (kept.base.texture, kept.vertex_colours) = (None, None);
         }
@@ -421,15 +421,32 @@ impl Pbr {
 
     /// True where more of it may be there in one place than in another.
     pub fn has_holes(&self) -> bool {
-        let varies = self.base.texture.as_ref().is_some_and(|texture| texture.image.least().w < texture.image.most().w)
+        let varies = self
+            .base
+            .texture
+            .as_ref()
+            .is_some_and(|texture| texture.image.least().w < texture.image.most().w)
             || self.vertex_colours.is_some();
         self.coverage != Alpha::Opaque && varies
     }
 
     /// The share of it that is there: that of all places where it is the same, else the mean.
     pub fn mean_covered(&self) -> f32 {
-        let texel = self.base.texture.as_ref().map_or(1.0, |texture| texture.image.mean().w);
-        self.covers(self.alpha * texel)
+        let look = |texel: fn(&Image) -> Vec4| {
+            self.alpha * self.base.texture.as_ref().map_or(1.0, |texture| texel(&texture.image).w)
+        };
+        let (mean, most) = (look(Image::mean), look(Image::most));
+        match self.coverage {
+            // About so much is no less than the least that is there; where anything is, it is not nothing.
+            Alpha::Mask(least) if self.has_holes() && mean < least => {
+                if most < least {
+                    0.0
+                } else {
+                    mean.clamp(f32::MIN_POSITIVE, 1.0)
+                }
+            }
+            _ => self.covers(mean),
+        }
     }
 
     /// The lobes at a point, with their shares.
@@ -489,8 +506,13 @@ impl Pbr {
             (metal * at.base + body * specular.f0).min(Vec3::ONE),
             Vec3::splat((metal + body * specular.f90).min(1.0)),
         );
-        let film = (at.film > 0.0).then_some(Film { ior: self.film_ior, thickness: at.film_thickness, factor: at.film });
-        let facets = Glossy { film, under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
+        let film = (at.film > 0.0).then_some(Film {
+            ior: self.film_ior,
+            thickness: at.film_thickness,
+            factor: at.film,
+        });
+        let facets =
+            Glossy { film, under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
         let mirror = Lobe::Mirror(Mirror { tint: at.base, two_sided });
         let glossy = if whole { (1.0, mirror) } else { (1.0, Lobe::Glossy(facets)) };
         // Glass has no layer above it in its lobe: it gets what one lets through on the average.
@@ -529,7 +551,8 @@ impl Pbr {
         let under = (at.coat > 0.0).then(|| Layers::NONE.with_coat(coat_of(at)));
         // The coat is the upper of the two.
         let passed = under.map_or(1.0, |coat| coat.average());
-        let fibres = Sheen { colour: passed * at.sheen, alpha: alpha(at.sheen_roughness).max(FIBRES), two_sided };
+        let fibres =
+            Sheen { colour: passed * at.sheen, alpha: alpha(at.sheen_roughness).max(FIBRES), two_sided };
         [
             (at.coat > 0.0).then_some((1.0, coat)),
             (at.sheen != Vec3::ZERO).then_some((1.0, Lobe::Sheen(fibres))),
@@ -569,10 +592,14 @@ impl Pbr {
     /// What it radiates at a point, of both halves.
     pub fn radiance(&self, inputs: &Inputs) -> Light {
         let colour = match self.unlit {
-            true => self.parameters(inputs).base,
+            true => {
+                let vertex = if self.vertex_colours.is_some() { inputs.colour.xyz() } else { Vec3::ONE };
+                self.base.factor * self.base.texel(|texture| texture.of(inputs)).xyz() * vertex
+            }
             false => self.emissive.factor * self.emissive.texel(|texture| texture.of(inputs)).xyz(),
         };
-        self.halves(self.covered(inputs) * colour)
+        // As in Material::covered_at: whoever looks from afar must meet the same holes.
+        self.halves(self.covered(&Inputs { widths: [0.0; 2], ..*inputs }) * colour)
     }
 
     /// The mean of the base colour over its images and vertices.
@@ -595,13 +622,29 @@ impl Pbr {
         Light::new(invisible * colour, visible * colour)
     }
 
-    /// True where what it radiates is only seen and is not the same everywhere: then it is looked up where it is seen.
-    pub fn shows_picture(&self) -> bool {
-        let varies = match self.unlit {
-            true => self.base.texture.is_some() || self.vertex_colours.is_some(),
-            false => self.emissive.texture.is_some(),
+    /// True where what it radiates is not the same everywhere.
+    pub fn shines_unevenly(&self) -> bool {
+        let differs = |of: &Factor<Vec3>| {
+            let image = of.texture.as_ref().map(|texture| &texture.image);
+            image.is_some_and(|image| image.least().xyz() != image.most().xyz())
         };
-        varies && self.emission[0] == 0.0 && self.emission[1] > 0.0
+        let varies = match self.unlit {
+            true => differs(&self.base) || self.vertex_colours.is_some(),
+            false => differs(&self.emissive),
+        };
+        let colour = if self.unlit { self.base.factor } else { self.emissive.factor };
+        (varies || self.has_holes()) && colour != Vec3::ZERO && self.emission.iter().any(|half| *half > 0.0)
+    }
+
+    /// Textures that what it radiates depends on.
+    pub(super) fn shining_textures(&self) -> impl Iterator<Item = &Texture> {
+        let base = self.base.texture.iter().filter(|_| self.unlit || self.has_holes());
+        base.chain(self.emissive.texture.iter().filter(|_| !self.unlit))
+    }
+
+    /// True where nothing is there of a place whose base colour and vertices have no more alpha than this.
+    pub(super) fn is_hole(&self, alpha: f32) -> bool {
+        self.covers(self.alpha * alpha) == 0.0
     }
 
     /// Its emission as a whole. None: it has none.

@@ -128,6 +128,9 @@ impl<'a, P: Power> Walk<'a, P> {
     fn follow(&mut self, emitted: Emitted<P>, mut rng: Rng) {
         let Emitted { origin, direction, power, falloff, beam } = emitted;
         let unit = power.total();
+        if unit == 0.0 {
+            return; // a dark place of a luminaire
+        }
         self.photons.ledger.emitted += f64::from(unit);
         self.stack.push(Line {
             origin,
@@ -259,8 +262,11 @@ impl<'a, P: Power> Walk<'a, P> {
             self.photons.ledger.roulette -= expected;
             return expected;
         }
-        let class =
-            if narrow && line.class != PathClass::Indirect { PathClass::Caustic } else { PathClass::Indirect };
+        let class = if narrow && line.class != PathClass::Indirect {
+            PathClass::Caustic
+        } else {
+            PathClass::Indirect
+        };
         let beam = if class == PathClass::Caustic {
             let own = met.has_own_normals() && !geometric;
             let normals = if own { point.normals } else { Normals::flat(point.normals.geometric) };

@@ -127,7 +127,7 @@ fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
 
 /// All methods agree on `scene`, and their noise is so low that they disagree when one is off by 2 %.
 #[track_caller]
-fn must_agree(name: &str, scene: &Scene, direct: Direct) {
+pub fn must_agree(name: &str, scene: &Scene, direct: Direct) {
     let number = name.bytes().fold(0, |number: u64, byte| 31 * number + u64::from(byte));
     let shot = shot(&somewhere(scene, number), direct);
     let traced_by = |method, number| (method, traced(&somewhere(scene, number), method));
@@ -277,7 +277,7 @@ fn with_facets_that_are_shaded_smooth() {
 }
 
 /// A rough mirror of this roughness, seen from outside.
-fn rough(roughness: f32, tint: Vec3) -> Lobe {
+pub fn rough(roughness: f32, tint: Vec3) -> Lobe {
     let alpha = roughness * roughness;
     Lobe::Glossy(Glossy::new(tint, Vec3::ONE, [alpha; 2], Vec3::X, false))
 }

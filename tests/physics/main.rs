@@ -9,6 +9,7 @@ mod area_light;
 mod atlas;
 mod determinism;
 mod emission;
+mod emissive;
 mod extremes;
 mod furnace;
 mod glass;

@@ -155,6 +155,23 @@ impl Image {
         fine.lerp(self.blended(finer + 1, sampler, place), level - finer as f32)
     }
 
+    /// True where `fits` holds for every texel that is seen between two corners, in units of the image. Where it says false, it may
+    /// do so all the same.
+    pub(super) fn every(
+        &self,
+        sampler: &Sampler,
+        [low, high]: [Vec2; 2],
+        fits: &dyn Fn(Vec4) -> bool,
+    ) -> bool {
+        let axis = |axis: usize| sampler.wrap[axis].texels([low[axis], high[axis]], self.size[axis]);
+        let (Some(across), Some(down)) = (axis(0), axis(1)) else { return false };
+        let texel = |place: i32, axis: usize| sampler.wrap[axis].texel(place, self.size[axis]) as usize;
+        down.into_iter().all(|y| {
+            let y = texel(y, 1);
+            across.clone().all(|x| fits(self.spread(self.texel(texel(x, 0), y))))
+        })
+    }
+
     /// Between the four texels around a place of a level, of which 0 is the image itself.
     fn blended(&self, level: usize, sampler: &Sampler, place: Vec2) -> Vec4 {
         let size = if level == 0 { self.size } else { self.mips.size(level - 1) };

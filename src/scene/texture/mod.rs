@@ -68,6 +68,13 @@ impl Texture {
         self.at(inputs.uvs[set], inputs.widths[set])
     }
 
+    /// True where `fits` holds for every texel that is seen somewhere between `corners` in texture coordinates before `transform`.
+    /// Where it says false, it may do so all the same.
+    pub(in crate::scene) fn every(&self, corners: [Vec2; 3], fits: &dyn Fn(Vec4) -> bool) -> bool {
+        let [a, b, c] = corners.map(|corner| self.transform.transform_point2(corner));
+        self.image.every(&self.sampler, [a.min(b).min(c), a.max(b).max(c)], fits)
+    }
+
     /// The side of a texel in texture coordinates before `transform`.
     pub(in crate::scene) fn texel_width(&self) -> f32 {
         let [width, height] = self.image.size().map(|side| side as f32);

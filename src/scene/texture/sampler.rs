@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 /// How an image goes on beyond an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
@@ -38,6 +40,23 @@ impl Wrap {
         };
         // Coordinates that overflow on their way lead somewhere.
         if place.is_finite() { size * place } else { 0.0 }
+    }
+
+    /// Whole places of all texels that are seen between two coordinates, on an axis of `size` texels. None: they are too far away.
+    pub(super) fn texels(self, [low, high]: [f32; 2], size: u32) -> Option<Range<i32>> {
+        let place = |coordinate: f32| f64::from(coordinate) * f64::from(size) - 0.5;
+        // What rounding does to coordinates.
+        let slack = 0.01 + f64::from(low.abs().max(high.abs())) * f64::from(size) * f64::from(f32::EPSILON);
+        let (first, last) = ((place(low) - slack).floor(), (place(high) + slack).floor() + 1.0);
+        if !(first.abs().max(last.abs()) < f64::from(i32::MAX / 4)) {
+            return None;
+        }
+        let (first, end, n) = (first as i32, last as i32 + 1, size as i32);
+        Some(match self {
+            Self::Repeat => first..end.min(first + n),
+            Self::Mirrored => first..end.min(first + 2 * n),
+            Self::Clamp => first.clamp(0, n - 1)..end.clamp(1, n),
+        })
     }
 
     /// The texel at a whole place at most one beyond those of [`place`](Self::place).
