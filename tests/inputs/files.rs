@@ -62,9 +62,7 @@ fn gallery_has_all_its_facts() {
     assert_eq!(scene.camera.projection, Projection::Perspective { yfov: 40.0_f32.to_radians() });
     assert_eq!((scene.camera.aspect, scene.camera.forward), (Some(1.0), Vec3::NEG_Z));
     let note = |needle: &str| scene.notes.iter().any(|n| n.contains(needle));
-    assert!(
-        note("683") && note("Bulb") && note("solid glass in spite of small holes")
-    );
+    assert!(note("683") && note("Bulb") && note("solid glass in spite of small holes"));
 }
 
 #[test]
