@@ -636,6 +636,15 @@ impl Pbr {
         (varies || self.has_holes()) && colour != Vec3::ZERO && self.emission.iter().any(|half| *half > 0.0)
     }
 
+    /// What no point of it exceeds, both halves and all channels together.
+    pub(super) fn most_radiance(&self) -> f32 {
+        let colour = match self.unlit {
+            true => self.extremes()[1].base,
+            false => self.emissive.factor * self.emissive.texel(|texture| texture.image.most()).xyz(),
+        };
+        self.halves(colour).total()
+    }
+
     /// Textures that what it radiates depends on.
     pub(super) fn shining_textures(&self) -> impl Iterator<Item = &Texture> {
         let base = self.base.texture.iter().filter(|_| self.unlit || self.has_holes());
