@@ -181,6 +181,7 @@ fn straight_along(
         through = through * bsdf.straight;
         orders = orders.crossed(material);
     }
-    let left = if plan.rays.absorb() { plan.rays.passed(&plan.scene, segment, absorption).1 } else { Vec3::ONE };
+    let left =
+        if plan.rays.absorb() { plan.rays.passed(&plan.scene, segment, absorption).1 } else { Vec3::ONE };
     (through, left, orders)
 }

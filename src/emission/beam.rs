@@ -73,8 +73,13 @@ impl Beam {
         let normal = side * normals.shading;
         let (c, reflected) = (from.dot(normal), to.dot(normal) > 0.0);
         let eta = match lobe {
-            Lobe::Dielectric(Dielectric { ior, .. })
-            | Lobe::RoughDielectric(RoughDielectric { ior, .. }) => if side > 0.0 { 1.0 / ior } else { *ior },
+            Lobe::Dielectric(Dielectric { ior, .. }) | Lobe::RoughDielectric(RoughDielectric { ior, .. }) => {
+                if side > 0.0 {
+                    1.0 / ior
+                } else {
+                    *ior
+                }
+            }
             _ => 1.0,
         };
         if !reflected && eta == 1.0 {

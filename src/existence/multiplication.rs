@@ -241,7 +241,8 @@ impl Population<'_> {
                 before = hit.t;
                 let MatterAt { material, point, bsdf, .. } =
                     self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
-                let arriving = Arriving { power, from: -photon.direction, triangle: hit.triangle, absorption };
+                let arriving =
+                    Arriving { power, from: -photon.direction, triangle: hit.triangle, absorption };
                 reflected.extend(self.reflect(&arriving, chain, &point, &bsdf.terms, &mut rng));
                 let beyond = self.rays.absorption_towards(material, &point, photon.direction);
                 absorption = beyond.map_or(absorption, |all| all[self.channel]);

@@ -86,7 +86,9 @@ pub(super) fn branches<const R: usize>(
             if survival < 1.0 && rng.f32() >= survival {
                 continue;
             }
-            let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else { continue };
+            let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
+                continue;
+            };
             let weight = filter * sample.weight / survival;
             let rows = rows.map(|row| row * term.coefficient * weight);
             let density = sample.pdf.solid_angle();

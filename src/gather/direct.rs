@@ -126,7 +126,8 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
             *unhidden += first[0].unhidden.element_sum();
         }
         let rest = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum());
-        let total: Vec<f32> = rest.zip(&sampled).map(|(rest, [seen, _, unknown])| rest + seen + unknown).collect();
+        let total: Vec<f32> =
+            rest.zip(&sampled).map(|(rest, [seen, _, unknown])| rest + seen + unknown).collect();
         let advice = advice(&sampled, &total, width);
         for Begun { open, whole, first } in &open {
             let Advice { connections: n, alpha } = advice[open.pixel];

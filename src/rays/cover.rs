@@ -37,7 +37,8 @@ impl Cover {
         };
         let covers = |triangle: &u32| materials[class(*triangle) as usize].is_some();
         let triangles = (0..mesh.triangles.len() as u32).filter(covers);
-        let corners = triangles.map(|triangle| (triangle, mesh.triangles[triangle as usize].map(of))).collect();
+        let corners =
+            triangles.map(|triangle| (triangle, mesh.triangles[triangle as usize].map(of))).collect();
         Some(Self { materials, corners })
     }
 

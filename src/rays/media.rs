@@ -183,7 +183,8 @@ impl Media {
         if outer == inner || outer.zip(inner).is_some_and(|(a, b)| same_glass(a, b)) {
             return Dielectric { ior: 1.0, tint: Vec3::ONE };
         }
-        let index = |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index(colour));
+        let index =
+            |medium: Option<u32>| medium.map_or(1.0, |solid| self.solids[solid as usize].index(colour));
         // A bubble in nothing: its own glass is around it.
         let around = if solid.bubble && inner.is_none() { solid.own_index(colour) } else { index(inner) };
         Dielectric { ior: around / index(outer), tint: self.filter(outer, inner) }
@@ -234,7 +235,9 @@ impl Solid {
                 let material = &scene.materials[surface.material as usize];
                 let glass = material.bsdf.terms.iter().find_map(|term| match term.lobe {
                     Lobe::Dielectric(glass) => Some(glass),
-                    Lobe::RoughDielectric(RoughDielectric { ior, tint, .. }) => Some(Dielectric { ior, tint }),
+                    Lobe::RoughDielectric(RoughDielectric { ior, tint, .. }) => {
+                        Some(Dielectric { ior, tint })
+                    }
                     _ => None,
                 })?;
                 // Where matter meets other glass its colour is the mean of its pattern.

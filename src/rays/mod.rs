@@ -177,8 +177,7 @@ impl Rays {
         };
         let media = Media::of(scene, level).map(Box::new);
         let solids = || {
-            let materials =
-                scene.surfaces.iter().map(|surface| &scene.materials[surface.material as usize]);
+            let materials = scene.surfaces.iter().map(|surface| &scene.materials[surface.material as usize]);
             materials.filter(|material| material.is_solid())
         };
         let absorbs = solids().any(|material| material.absorption != Vec3::ZERO);
@@ -238,15 +237,23 @@ impl Rays {
     }
 
     /// The same for light of one colour (0 red, 1 green, 2 blue), as the glass of `material` refracts it.
-    pub fn lobe_of_colour(&self, lobe: Lobe, material: &Material, point: &SurfacePoint, colour: usize) -> Lobe {
+    pub fn lobe_of_colour(
+        &self,
+        lobe: Lobe,
+        material: &Material,
+        point: &SurfacePoint,
+        colour: usize,
+    ) -> Lobe {
         match (&self.media, lobe) {
             (Some(media), Lobe::Dielectric(glass)) => {
-                let own = Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass };
+                let own =
+                    Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass };
                 Lobe::Dielectric(media.interface(own, point, Some(colour)))
             }
-            (None, Lobe::Dielectric(glass)) => {
-                Lobe::Dielectric(Dielectric { ior: dispersed(glass.ior, material.dispersion, Some(colour)), ..glass })
-            }
+            (None, Lobe::Dielectric(glass)) => Lobe::Dielectric(Dielectric {
+                ior: dispersed(glass.ior, material.dispersion, Some(colour)),
+                ..glass
+            }),
             _ => self.lobe_at(lobe, point),
         }
     }
@@ -322,7 +329,10 @@ impl Rays {
         hits.clear();
         match self.through {
             Through::Nothing => hits.extend(self.closest_seen(ray)),
-            _ => self.query(&ray.into(), Seen(UpToBlocker::new(ray.t_max, self.cover.as_deref(), hits))).0.finish(),
+            _ => self
+                .query(&ray.into(), Seen(UpToBlocker::new(ray.t_max, self.cover.as_deref(), hits)))
+                .0
+                .finish(),
         }
     }
 
@@ -366,7 +376,11 @@ impl Rays {
             }
             Through::Everything => Matrix::IDENTITY,
             Through::Diagonal => {
-                self.query(segment, Product { t_max, straight, cover: self.cover.as_deref(), product: Matrix::IDENTITY }).product
+                self.query(
+                    segment,
+                    Product { t_max, straight, cover: self.cover.as_deref(), product: Matrix::IDENTITY },
+                )
+                .product
             }
             Through::Ordered => SCRATCH.with_borrow_mut(|Scratch { stack, passed }| {
                 passed.clear();

@@ -1,9 +1,7 @@
 //! What a [`SceneBuilder`] refuses: each reason names the thing and what it may be.
 
 use super::illumination::{matrix_from, square_from};
-use super::{
-    Camera, Illumination, Lens, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape,
-};
+use super::{Camera, Illumination, Lens, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape};
 use crate::light::{Light, Matrix};
 use crate::optics::Lobe;
 use glam::{Vec3, Vec4};

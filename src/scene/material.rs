@@ -234,7 +234,8 @@ impl Material {
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
     pub fn is_nothing(&self) -> bool {
         let none = self.emission.is_none() && self.bsdf.terms.is_empty();
-        none && self.bsdf.straight == Matrix::IDENTITY && (self.straight_there == Matrix::IDENTITY || self.covered == 0.0)
+        none && self.bsdf.straight == Matrix::IDENTITY
+            && (self.straight_there == Matrix::IDENTITY || self.covered == 0.0)
     }
 
     /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).

@@ -73,7 +73,8 @@ fn first(small: Small) -> (Material, Scene) {
 }
 
 fn albedo(material: &Material) -> Vec3 {
-    let diffuse = |(share, lobe): &(f32, Lobe)| lobe.as_diffuse().filter(|_| *share == 1.0).map(|it| it.albedo);
+    let diffuse =
+        |(share, lobe): &(f32, Lobe)| lobe.as_diffuse().filter(|_| *share == 1.0).map(|it| it.albedo);
     let mut diffuse = material.lobes.iter().filter_map(diffuse);
     diffuse.next().unwrap_or_else(|| panic!("not diffuse: {:?}", material.lobes))
 }
@@ -294,7 +295,8 @@ fn the_older_model_is_a_body_under_a_layer_of_its_specular_colour() {
     let layers = json!({ "diffuseFactor": [1, 0.5, 0, 1], "specularFactor": [0.2, 0.1, 0.3], "diffuseTexture": { "index": 0 },
         "glossinessFactor": 0.5, "specularGlossinessTexture": { "index": 1 } });
     let material = json!({ "name": "Old", "extensions": { "KHR_materials_pbrSpecularGlossiness": layers } });
-    let (old, scene) = first(with_images(material, &[png(&[[255; 3], [0; 3]]), png_rgba(&[[255, 255, 255, 51]])]));
+    let (old, scene) =
+        first(with_images(material, &[png(&[[255; 3], [0; 3]]), png_rgba(&[[255, 255, 255, 51]])]));
     assert!((albedo(&old) - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-6, "{}", albedo(&old));
     let facets = old.lobes.iter().find_map(|(_, lobe)| match lobe {
         Lobe::Glossy(facets) => Some(facets),

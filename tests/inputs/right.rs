@@ -3,7 +3,7 @@
 use crate::small::Small;
 use glam::{DVec3, Vec3};
 use halflight::light::Light;
-use halflight::optics::{Dielectric, Diffuse, Lobe, Mirror, ThinDielectric, RoughDielectric};
+use halflight::optics::{Dielectric, Diffuse, Lobe, Mirror, RoughDielectric, ThinDielectric};
 use halflight::scene::{Illumination, Luminaire, Projection, Scene, SpotCone};
 use serde_json::{Value, json};
 
@@ -84,7 +84,8 @@ fn shares_of_lobes_follow_the_metallic_roughness_model() {
     let [(1.0, Lobe::Glossy(facets))] = found[..] else { panic!("{found:?}") };
     assert_eq!((facets.f0, facets.f90, facets.alpha), (colour, Vec3::ONE, [1.0; 2]));
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
-    let (found, _) = lobes(json!({ "pbrMetallicRoughness": { "baseColorFactor": base, "roughnessFactor": 0 } }));
+    let (found, _) =
+        lobes(json!({ "pbrMetallicRoughness": { "baseColorFactor": base, "roughnessFactor": 0 } }));
     assert_eq!(found, [(1.0, Lobe::Mirror(Mirror { tint: colour, two_sided: false }))]);
     let (found, _) = lobes(json!({ "pbrMetallicRoughness": { "baseColorFactor": base, "metallicFactor": 0 },
         "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } }));

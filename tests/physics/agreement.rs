@@ -318,7 +318,11 @@ fn with_layers_over_bodies() {
     build.0.materials[0] = Material::pbr("White", pbr(Vec3::splat(0.6), 0.5));
     let red = Vec3::new(0.8, 0.3, 0.2);
     let coated = Pbr { coat: Factor::new(1.0), coat_roughness: Factor::new(0.1), ..pbr(red, 0.6) };
-    let velvet = Pbr { sheen: Factor::new(Vec3::new(0.2, 0.4, 0.9)), sheen_roughness: Factor::new(0.4), ..pbr(red, 0.8) };
+    let velvet = Pbr {
+        sheen: Factor::new(Vec3::new(0.2, 0.4, 0.9)),
+        sheen_roughness: Factor::new(0.4),
+        ..pbr(red, 0.8)
+    };
     let leaf = Pbr {
         translucence: Factor::new(0.6),
         translucent_colour: Factor::new(Vec3::new(0.3, 0.9, 0.4)),
@@ -348,7 +352,8 @@ fn with_layers_over_bodies() {
 fn panes(illumination: Illumination) -> Scene {
     let mut build = mixed(true, false);
     build.0.illumination = Some(illumination);
-    let thin = Pbr { coverage: Alpha::Blend, alpha: 0.4, two_sided: true, ..pbr(Vec3::new(0.9, 0.2, 0.1), 0.5) };
+    let thin =
+        Pbr { coverage: Alpha::Blend, alpha: 0.4, two_sided: true, ..pbr(Vec3::new(0.9, 0.2, 0.1), 0.5) };
     let thin = build.0.material(Material::pbr("Veil", thin));
     build.quad(Vec3::new(-0.8, 0.3, -0.8), 1.2 * Vec3::Z, 0.9 * Vec3::X, thin);
     let holes = Pbr {

@@ -49,9 +49,11 @@ fn panes_in_a_row_let_through_what_is_not_there() {
         // What is there casts no shadow.
         (Illumination::LOCAL, 1.0),
     ] {
-        for (method, direct) in
-            [(Method::Photon, Direct::Connection), (Method::Photon, Direct::Photons), (Method::Path, Direct::Auto)]
-        {
+        for (method, direct) in [
+            (Method::Photon, Direct::Connection),
+            (Method::Photon, Direct::Photons),
+            (Method::Path, Direct::Auto),
+        ] {
             let settings = Settings { method, direct, samples: 4, ..small(8, 8, 40_000) };
             let scene = somewhere(&beneath(&panes, illumination), 3 + method as u64);
             let measured = measure(scene, settings, 48);

@@ -252,7 +252,9 @@ impl Reader {
     fn report(&self, notes: &mut Notes) {
         if self.extensions.others.contains_key(SPECULAR_GLOSSINESS) {
             notes.about(
-                &format!("{SPECULAR_GLOSSINESS} is read as a body under a clear layer of its specular colour"),
+                &format!(
+                    "{SPECULAR_GLOSSINESS} is read as a body under a clear layer of its specular colour"
+                ),
                 &self.name,
             );
         }
@@ -266,7 +268,9 @@ impl Reader {
 
     /// What the body of glass absorbs on light's way, m⁻¹: KHR_materials_volume.
     fn absorption(&self) -> Vec3 {
-        let Some(volume) = self.extensions.volume.as_ref().filter(|_| self.is_glass()) else { return Vec3::ZERO };
+        let Some(volume) = self.extensions.volume.as_ref().filter(|_| self.is_glass()) else {
+            return Vec3::ZERO;
+        };
         let distance = volume.attenuation_distance.0;
         if !(distance.is_finite() && distance > 0.0) {
             return Vec3::ZERO;

@@ -78,7 +78,9 @@ fn emissive(source: &Source, textures: &mut Textures<'_, '_>, label: &str) -> Re
 /// What alpha means.
 fn coverage(source: &Source) -> Alpha {
     match source.alpha_mode {
-        Checked::Valid(AlphaMode::Mask) => Alpha::Mask(source.alpha_cutoff.as_ref().map_or(0.5, |cutoff| cutoff.0)),
+        Checked::Valid(AlphaMode::Mask) => {
+            Alpha::Mask(source.alpha_cutoff.as_ref().map_or(0.5, |cutoff| cutoff.0))
+        }
         Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
         _ => Alpha::Opaque,
     }
@@ -98,7 +100,9 @@ fn layers(
         made.specular = textures.channel("specular", factor, reference, 3);
         let colour = Vec3::from_array(specular.specular_color_factor.0);
         if !colour.is_finite() || colour.min_element() < 0.0 {
-            return Err(format!("{label}: its specularColorFactor {colour} is negative or not finite; correct it"));
+            return Err(format!(
+                "{label}: its specularColorFactor {colour} is negative or not finite; correct it"
+            ));
         }
         let reference = specular.specular_color_texture.as_ref().map(Reference::of);
         made.specular_colour = textures.colour("specular colour", colour, reference);
@@ -110,7 +114,8 @@ fn layers(
         let keys = ["clearcoatRoughnessFactor", "clearcoatRoughnessTexture"];
         made.coat_roughness = textures.layer(&json, "clear coat roughness", keys, 1)?;
         if made.coat.factor > 0.0 && coat.get("clearcoatNormalTexture").is_some() {
-            let fact = "normal textures of clear coats are not supported yet, the normals of what is below stand in";
+            let fact =
+                "normal textures of clear coats are not supported yet, the normals of what is below stand in";
             textures.notes.about(fact, textures.name);
         }
     }
@@ -134,9 +139,12 @@ fn layers(
         made.film = textures.layer(&json, "iridescence", ["iridescenceFactor", "iridescenceTexture"], 0)?;
         made.film_ior = json.amount("iridescenceIor", 1.3)?.max(1e-3);
         let thickness = |key, usual| json.amount(key, usual);
-        made.film_thickness =
-            [thickness("iridescenceThicknessMinimum", 100.0)?, thickness("iridescenceThicknessMaximum", 400.0)?];
-        let reference = Reference::of_json(&film["iridescenceThicknessTexture"]).filter(|_| made.film.factor > 0.0);
+        made.film_thickness = [
+            thickness("iridescenceThicknessMinimum", 100.0)?,
+            thickness("iridescenceThicknessMaximum", 400.0)?,
+        ];
+        let reference =
+            Reference::of_json(&film["iridescenceThicknessTexture"]).filter(|_| made.film.factor > 0.0);
         match textures.content("iridescence thickness", reference, Encoding::Data) {
             Content::Same(texel) => {
                 let [thin, thick] = made.film_thickness;
@@ -206,7 +214,8 @@ fn specular_glossiness(
     let opacity = check_share(label, "diffuseFactor", number(&layers["diffuseFactor"][3], 1.0))?;
     let reference = Reference::of_json(&layers["diffuseTexture"]);
     (made.base, made.alpha) = textures.base(diffuse, opacity, reference, made.coverage);
-    let (specular, glossiness) = (json.colour("specularFactor", Vec3::ONE)?, json.share("glossinessFactor", 1.0)?);
+    let (specular, glossiness) =
+        (json.colour("specularFactor", Vec3::ONE)?, json.share("glossinessFactor", 1.0)?);
     let reference = Reference::of_json(&layers["specularGlossinessTexture"]);
     made.specular_colour = textures.colour("specular", specular, reference);
     (made.metallic, made.ior, made.roughness) = (0.0, MIRROR_LIKE, 1.0 - glossiness);
