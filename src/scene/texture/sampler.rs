@@ -49,7 +49,7 @@ impl Wrap {
         // What rounding does to coordinates.
         let slack = 0.01 + f64::from(low.abs().max(high.abs())) * f64::from(size) * f64::from(f32::EPSILON);
         let (first, last) = ((place(low) - slack).floor(), (place(high) + slack).floor() + on);
-        if !(first.abs().max(last.abs()) < f64::from(i32::MAX / 4)) {
+        if !first.is_finite() || !last.is_finite() || first.abs().max(last.abs()) >= f64::from(i32::MAX / 4) {
             return None;
         }
         let (first, end, n) = (first as i32, last as i32 + 1, size as i32);
