@@ -299,7 +299,7 @@ impl Pbr {
     pub fn read(&self, lobes: bool) -> Self {
         let mut kept = self.clone();
         let (lobes, picture) = (lobes && !self.unlit, self.shines_unevenly());
-        if !(lobes || self.unlit && picture) && !self.has_holes() {
+        if !(lobes || self.has_holes() || self.unlit && picture) {
             (kept.base.texture, kept.vertex_colours) = (None, None);
         }
         if !lobes {
