@@ -101,7 +101,7 @@ impl Visit for UpToBlocker<'_> {
         if order(&hit) <= self.end {
             self.hits.push(hit);
             let partial = self.cover.and_then(|cover| cover.straight(&hit, matter(class)));
-            if partial.map_or(matter(class) == BLOCKER, |straight| straight.is_zero()) {
+            if partial.map_or(matter(class) == BLOCKER, Matrix::is_zero) {
                 self.end = order(&hit);
             }
         }

@@ -130,7 +130,7 @@ fn check_vertices<T>(
 fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
     let Pbr { base, metallic, roughness, emissive, emission, ior, .. } = pattern;
     let colours = [base.factor, pattern.sheen.factor, pattern.translucent_colour.factor];
-    let mut shares: Vec<f32> = colours.iter().flat_map(|colour| colour.to_array()).collect();
+    let mut shares: Vec<f32> = colours.iter().flat_map(Vec3::to_array).collect();
     shares.extend([*metallic, *roughness, pattern.alpha]);
     let others = [
         &pattern.transmission,

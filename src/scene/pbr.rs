@@ -299,7 +299,7 @@ impl Pbr {
     pub fn read(&self, lobes: bool) -> Self {
         let mut kept = self.clone();
         let (lobes, picture) = (lobes && !self.unlit, self.shines_unevenly());
-        if !(lobes || self.unlit && picture) && !self.has_holes() {
+        if !(lobes || self.has_holes() || self.unlit && picture) {
             (kept.base.texture, kept.vertex_colours) = (None, None);
         }
         if !lobes {
@@ -634,6 +634,15 @@ impl Pbr {
         };
         let colour = if self.unlit { self.base.factor } else { self.emissive.factor };
         (varies || self.has_holes()) && colour != Vec3::ZERO && self.emission.iter().any(|half| *half > 0.0)
+    }
+
+    /// What no point of it exceeds, both halves and all channels together.
+    pub(super) fn most_radiance(&self) -> f32 {
+        let colour = match self.unlit {
+            true => self.extremes()[1].base,
+            false => self.emissive.factor * self.emissive.texel(|texture| texture.image.most()).xyz(),
+        };
+        self.halves(colour).total()
     }
 
     /// Textures that what it radiates depends on.

@@ -174,7 +174,9 @@ fn a_lamp_of_many_texels_and_one_of_many_triangles_take_seconds() {
         let start = Instant::now();
         let scene = lamp(glowing(texture, Vec3::ONE), 1.0, false);
         println!("{name}: {side}² texels in {:?}", start.elapsed());
-        must_shine(name, &scene, expected(mean(side, texel), Vec3::ONE));
+        let (found, expected) = (power(&scene).invisible.x, expected(mean(side, texel), Vec3::ONE).x);
+        println!("{} luminaires, {found} W for {expected}", scene.luminaires.len());
+        assert!((found / expected - 1.0).abs() < 0.01);
     }
     // 2 × 500² triangles of 64² texels.
     let n = 500_u32;

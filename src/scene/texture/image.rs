@@ -163,7 +163,8 @@ impl Image {
         [low, high]: [Vec2; 2],
         fits: &dyn Fn(Vec4) -> bool,
     ) -> bool {
-        let axis = |axis: usize| sampler.wrap[axis].texels([low[axis], high[axis]], self.size[axis]);
+        let axis =
+            |axis: usize| sampler.wrap[axis].texels([low[axis], high[axis]], self.size[axis], sampler.linear);
         let (Some(across), Some(down)) = (axis(0), axis(1)) else { return false };
         let texel = |place: i32, axis: usize| sampler.wrap[axis].texel(place, self.size[axis]) as usize;
         down.into_iter().all(|y| {

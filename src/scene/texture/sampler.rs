@@ -43,12 +43,13 @@ impl Wrap {
     }
 
     /// Whole places of all texels that are seen between two coordinates, on an axis of `size` texels. None: they are too far away.
-    pub(super) fn texels(self, [low, high]: [f32; 2], size: u32) -> Option<Range<i32>> {
-        let place = |coordinate: f32| f64::from(coordinate) * f64::from(size) - 0.5;
+    pub(super) fn texels(self, [low, high]: [f32; 2], size: u32, linear: bool) -> Option<Range<i32>> {
+        let (back, on) = if linear { (0.5, 1.0) } else { (0.0, 0.0) };
+        let place = |coordinate: f32| f64::from(coordinate) * f64::from(size) - back;
         // What rounding does to coordinates.
         let slack = 0.01 + f64::from(low.abs().max(high.abs())) * f64::from(size) * f64::from(f32::EPSILON);
-        let (first, last) = ((place(low) - slack).floor(), (place(high) + slack).floor() + 1.0);
-        if !(first.abs().max(last.abs()) < f64::from(i32::MAX / 4)) {
+        let (first, last) = ((place(low) - slack).floor(), (place(high) + slack).floor() + on);
+        if !first.is_finite() || !last.is_finite() || first.abs().max(last.abs()) >= f64::from(i32::MAX / 4) {
             return None;
         }
         let (first, end, n) = (first as i32, last as i32 + 1, size as i32);
