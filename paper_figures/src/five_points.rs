@@ -24,7 +24,7 @@ const TILES: [[f32; 2]; 5] = [
 pub fn five_points(scene: &Scene) -> (Scene, Vec3) {
     let [first, second] = scene.luminaires[..] else { panic!("a lamp of two triangles") };
     let (
-        Luminaire::Triangle { triangle: one, emission, area: a },
+        Luminaire::Triangle { triangle: one, emission, area: a, .. },
         Luminaire::Triangle { triangle: two, area: b, .. },
     ) = (first, second)
     else {
