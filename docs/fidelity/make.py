@@ -565,7 +565,7 @@ cosine about the map's normal lies below the surface, so that a white surface is
 and 17 % at 45°, and takes the contrast of small bumps away. With it set aside, both agree."""),
     "emissive-images": (
         ["emissive-texture"],
-        "**Not done yet**: a luminaire shines, and is seen, as the mean of its image ([Scenes](../gltf.md))."),
+        "The numbers and the picture are from before luminaires shone where their image is bright: they show the mean of it."),
 }
 
 

@@ -1,6 +1,6 @@
 //! Luminaires shine where they are bright: power against integrals of their textures, and where light starts.
 
-use crate::agreement::must_agree;
+use crate::agreement::{left_to_the_long_run, must_agree};
 use crate::support::{Build, diffuse, look};
 use crate::textures::{CORNERS, body, holes, squares};
 use glam::{Vec2, Vec3};
@@ -165,6 +165,9 @@ fn lamps_are_seen_as_their_texture_is() {
 
 #[test]
 fn a_lamp_of_many_texels_and_one_of_many_triangles_take_seconds() {
+    if left_to_the_long_run("lamps of 4096 x 4096 texels and of half a million triangles") {
+        return;
+    }
     let side = 4096;
     let stars = stars(100);
     let panels =
@@ -219,6 +222,9 @@ fn lit_by(pbr: Pbr) -> Scene {
 #[test]
 #[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn methods_agree_under_lamps_that_are_pictures() {
+    if left_to_the_long_run("lamps that are pictures") {
+        return;
+    }
     let factor = Vec3::new(5.0, 4.0, 3.0);
     let lamp = |texture| Pbr { emission: [1.0, 0.0], ..glowing(texture, factor) };
     let checker = |x: u32, y: u32| if (x + y).is_multiple_of(2) && x < 5 { 255 } else { 20 };
