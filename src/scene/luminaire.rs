@@ -171,6 +171,7 @@ impl Luminaire {
     }
 
     /// True for a luminaire of the triangle that `before` is of: another part of it.
+    #[cfg(feature = "cli")]
     pub(crate) fn goes_on(&self, before: Option<&Self>) -> bool {
         match (self, before) {
             (Self::Triangle { triangle: own, .. }, Some(Self::Triangle { triangle, .. })) => own == triangle,
