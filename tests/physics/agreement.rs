@@ -27,7 +27,7 @@ use halflight::scene::{
 const SIDE: u32 = 20;
 
 /// Passes of each photon render; so many that 2 % can be told from nothing.
-const PASSES: u32 = 600;
+const PASSES: u32 = 1200;
 
 /// True for scenes that are left to the long run, which is said.
 pub fn left_to_the_long_run(name: &str) -> bool {
