@@ -80,8 +80,8 @@ fn shot(scene: &Scene, direct: Direct) -> Estimate {
     }
 }
 
-fn traced(scene: &Scene, method: Method, samples: u32) -> Estimate {
-    let settings = Settings { method, samples, ..settings(3) };
+fn traced(scene: &Scene, method: Method) -> Estimate {
+    let settings = Settings { method, samples: 32, ..settings(3) };
     Estimate::from_film(&film(scene, settings, PASSES)).expect("several passes")
 }
 
@@ -128,15 +128,9 @@ fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
 /// All methods agree on `scene`, and their noise is so low that they disagree when one is off by 2 %.
 #[track_caller]
 pub fn must_agree(name: &str, scene: &Scene, direct: Direct) {
-    must_agree_by(name, scene, direct, SAMPLES);
-}
-
-/// The same by another number of samples of the path tracers.
-#[track_caller]
-fn must_agree_by(name: &str, scene: &Scene, direct: Direct, samples: u32) {
     let number = name.bytes().fold(0, |number: u64, byte| 31 * number + u64::from(byte));
     let shot = shot(&somewhere(scene, number), direct);
-    let traced_by = |method, number| (method, traced(&somewhere(scene, number), method, samples));
+    let traced_by = |method, number| (method, traced(&somewhere(scene, number), method));
     let plain = can_be_found(scene).then(|| traced_by(Method::PathPlain, number + 1));
     for (method, traced) in std::iter::once(traced_by(Method::Path, number + 2)).chain(plain) {
         let (shot, traced) = match method {
@@ -183,9 +177,7 @@ fn at_the_corners_of_the_square() {
         [Illumination::GLOBAL, Illumination::SHADOWLESS, Illumination::ONE_BOUNCE, Illumination::LOCAL]
     {
         if illumination != Illumination::SHADOWLESS || !left_to_the_long_run("shadowless") {
-            // One bounce is the least light to be found by chance.
-            let samples = if illumination == Illumination::ONE_BOUNCE { 2 * SAMPLES } else { SAMPLES };
-            must_agree_by(&illumination.describe(), &cornell(illumination), Direct::Connection, samples);
+            must_agree(&illumination.describe(), &cornell(illumination), Direct::Connection);
         }
     }
 }
