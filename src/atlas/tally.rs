@@ -10,7 +10,7 @@ use crate::photon_map::Found;
 use crate::plan::{Direct, Frame, Plan};
 use crate::rays::{Hit, Segment};
 use crate::sampling::Rng;
-use crate::scene::{Material, MatterAt};
+use crate::scene::Material;
 use glam::Vec3;
 
 /// Adds up what a row of pixels shows, by place.
@@ -174,14 +174,9 @@ fn straight_along(
     absorption: Vec3,
     hits: &mut Vec<Hit>,
 ) -> (Matrix, Vec3, Orders) {
-    plan.rays.crossings(segment, hits);
-    let (mut through, mut orders) = (Matrix::IDENTITY, Orders::default());
-    for hit in hits.iter() {
-        let MatterAt { material, bsdf, .. } = plan.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
-        through = through * bsdf.straight;
-        orders = orders.crossed(material);
-    }
-    let left =
-        if plan.rays.absorb() { plan.rays.passed(&plan.scene, segment, absorption).1 } else { Vec3::ONE };
+    let mut orders = Orders::default();
+    let (through, left) = plan
+        .rays
+        .passed_by(&plan.scene, segment, absorption, hits, |material| orders = orders.crossed(material));
     (through, left, orders)
 }

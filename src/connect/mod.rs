@@ -153,7 +153,7 @@ impl Connections {
 
     /// True when the closed form is all the direct light that there is on Lambert's reflectors.
     pub fn are_known(&self) -> bool {
-        self.has_closed_form() && (self.all_is_seen || !self.are_sampled())
+        self.has_closed_form() && self.all_is_seen
     }
 
     /// Density in solid angle (sr⁻¹) with which a connection from `point` would have led along a line that met `target`, a point of

@@ -82,10 +82,7 @@ pub(super) fn branches<const R: usize>(
         let (lobe, filter) = rays.lobe_for(term.lobe, material, point, carried, || rng.f32());
         if lobe.is_glossy() {
             let part = parent.share * (strength / whole);
-            let survival = (part / faintest).min(1.0);
-            if survival < 1.0 && rng.f32() >= survival {
-                continue;
-            }
+            let Some(survival) = survives(part / faintest, rng) else { continue };
             let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
                 continue;
             };
@@ -98,14 +95,17 @@ pub(super) fn branches<const R: usize>(
         for sample in lobe.branches(&point.normals, wo, Transport::Gathering).into_iter().flatten() {
             let probability = sample.pdf.value();
             let part = parent.share * probability * (strength / whole);
-            let survival = (part / faintest).min(1.0);
-            if survival < 1.0 && rng.f32() >= survival {
-                continue;
-            }
+            let Some(survival) = survives(part / faintest, rng) else { continue };
             // The sample's weight is that of a branch taken by chance.
             let weight = filter * sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
             follow(Branch { rows, sample, share: part / survival, density: None });
         }
     }
+}
+
+/// Roulette: the probability, at most one, with which a branch was to live. None: it does not.
+fn survives(wish: f32, rng: &mut Rng) -> Option<f32> {
+    let survival = wish.min(1.0);
+    (survival >= 1.0 || rng.f32() < survival).then_some(survival)
 }

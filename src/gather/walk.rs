@@ -7,7 +7,7 @@ use crate::light::{Light, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term};
 use crate::plan::{Frame, Plan};
 use crate::rays::{Hit, Ray, left_of};
-use crate::sampling::{Rng, endurance};
+use crate::sampling::{Rng, endurance, power_heuristic};
 use crate::scene::{Material, MatterAt, SurfacePoint, View};
 use glam::Vec3;
 
@@ -195,8 +195,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 let weight = plan.chance_weight(line.by_chance.as_ref(), hit, &point, wo);
-                let seen = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
-                self.tally.emitted(&seen, mark, emission.radiance, pixel);
+                let weighed = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
+                self.tally.emitted(&weighed, mark, emission.radiance, pixel);
             }
             if delta_chain < most {
                 let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
@@ -242,7 +242,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
 
     /// The row goes on through delta lobes and glossy ones.
     fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
-        let Here { rows, material, bsdf, point, wo, travelled, absorption, .. } = *here;
+        let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
         if !bsdf.is_passed_on() {
             return;
         }
@@ -270,10 +270,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 spread: line.spread + branch.density.map_or(0.0, |density| SPREAD / density.sqrt()),
                 by_chance: branch.density.map(|density| ByChance { point: *point, density }),
                 seen: line.seen && branch.density.is_none(),
-                absorption: plan
-                    .rays
-                    .absorption_towards(material, point, branch.sample.to)
-                    .unwrap_or(absorption),
+                absorption: here.absorption(plan, branch.sample.to),
             });
         });
     }
@@ -300,13 +297,6 @@ pub(crate) fn reflected(lobe: &Lobe, point: &SurfacePoint, wo: Vec3, connection:
         }
         _ => f,
     }
-}
-
-/// Weight of a way of density `own` > 0 beside another of density `other`: own² / (own² + other²), Veach 1997, eq. 9.13, written
-/// so that no square overflows before its ratio does.
-fn power_heuristic(own: f32, other: f32) -> f32 {
-    let ratio = other / own;
-    1.0 / (1.0 + ratio * ratio)
 }
 
 /// What the first surface looks like.

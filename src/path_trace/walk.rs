@@ -5,7 +5,7 @@ use super::reads::Reads;
 use crate::light::Light;
 use crate::optics::{Bsdf, Dielectric, Lobe, Normals, RoughDielectric, Term, Transport};
 use crate::rays::{Hit, Ray, Rays, left_of};
-use crate::sampling::endurance;
+use crate::sampling::{endurance, power_heuristic};
 use crate::scene::{Material, MatterAt, Scene, SurfacePoint, View};
 use glam::Vec3;
 use std::ops::AddAssign;
@@ -173,15 +173,16 @@ impl<'a> Walk<'a> {
         let mut reads = line.reads;
         let (mut absorption, mut before) = (line.absorption, 0.0);
         for hit in &scratch.hits {
-            let surface = self.scene.surface_of(hit.triangle);
-            let material = &self.scene.materials[surface.material as usize];
+            let material = self.scene.material_of(hit.triangle);
             if absorption != Vec3::ZERO {
                 reads = reads.filtered(left_of(absorption, hit.t - before));
             }
             before = hit.t;
             let scatters = line.reflections < self.max_reflections
                 && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());
-            if scatters || material.emission.is_some() {
+            let absorbs = self.rays.absorb() && material.is_solid();
+            let mut straight = material.bsdf.straight;
+            if scatters || absorbs || material.emission.is_some() || material.has_holes() {
                 let footprint = if line.seen {
                     self.looks.map_or(0.0, |looks| looks.at(line.travelled + hit.t))
                 } else {
@@ -190,6 +191,7 @@ impl<'a> Walk<'a> {
                 let MatterAt { point: at, bsdf, seen, .. } =
                     self.scene.matter_at(hit.triangle, hit.u, hit.v, footprint);
                 let from = -line.direction;
+                straight = bsdf.straight;
                 if let Some(emission) = seen {
                     let cos = from.dot(at.normals.geometric);
                     if cos > 0.0 || emission.two_sided {
@@ -197,6 +199,7 @@ impl<'a> Walk<'a> {
                         reading.add(reads.scaled(weight), emission.radiance, line.reflections);
                     }
                 }
+                let beyond = self.rays.absorption_towards(material, &at, line.direction);
                 if scatters {
                     let travelled = line.travelled + hit.t;
                     let encounter =
@@ -204,16 +207,8 @@ impl<'a> Walk<'a> {
                     let child = self.encounter(&encounter, reading, population, numbers);
                     scratch.lines.extend(child);
                 }
-            }
-            if self.rays.absorb() && material.is_solid() {
-                let at = self.scene.mesh.point(hit.triangle, hit.u, hit.v, surface.smooth);
-                let beyond = self.rays.absorption_towards(material, &at, line.direction);
                 absorption = beyond.unwrap_or(absorption);
             }
-            let straight = match material.has_holes() {
-                true => self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0).bsdf.straight,
-                false => material.bsdf.straight,
-            };
             reads = reads.through(straight);
             if reads.is_zero() {
                 break;
@@ -437,11 +432,4 @@ fn compression(lobe: &Lobe, normals: &Normals, from: Vec3, to: Vec3) -> f32 {
         }
         _ => 1.0,
     }
-}
-
-/// Weight of a way of density `own` > 0 beside another of density `other`: own² / (own² + other²), Veach 1997,
-/// eq. 9.13, written so that no square overflows before its ratio does.
-fn power_heuristic(own: f32, other: f32) -> f32 {
-    let ratio = other / own;
-    1.0 / (1.0 + ratio * ratio)
 }

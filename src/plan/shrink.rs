@@ -126,12 +126,13 @@ fn drop_textures(scene: &mut Scene) -> Option<Omission> {
     }
     let Scene { mesh, materials, .. } = &mut *scene;
     let patterns = || materials.iter().filter_map(|material| material.pattern.as_deref());
+    let has_grain = || patterns().any(|pattern| pattern.anisotropy.is_some());
     let laid_out = |set: u8| patterns().any(|pattern| pattern.textures().any(|texture| texture.set == set));
     let [first, second] = &mut mesh.uvs;
-    drop_unless(laid_out(0), first);
+    drop_unless(laid_out(0) || has_grain(), first);
     drop_unless(laid_out(1), second);
     drop_unless(patterns().any(|pattern| pattern.vertex_colours.is_some()), &mut mesh.colours);
-    drop_unless(patterns().any(|pattern| pattern.normal.is_some()), &mut mesh.tangents);
+    drop_unless(has_grain() || patterns().any(|pattern| pattern.normal.is_some()), &mut mesh.tangents);
     let saved = before - held(scene);
     let what = match (names.is_empty(), saved) {
         (true, 0) => return None,

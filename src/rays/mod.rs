@@ -56,7 +56,8 @@ fn one_colour(carried: Vec3, u: impl FnOnce() -> f32) -> (usize, Vec3) {
 /// What is left of light that goes `distance` (m) through what absorbs it: Beer's and Lambert's law, for each colour.
 #[inline]
 pub fn left_of(absorption: Vec3, distance: f32) -> Vec3 {
-    if absorption == Vec3::ZERO { Vec3::ONE } else { (-absorption * distance).map(f32::exp) }
+    // A colour that nothing absorbs comes from infinity too.
+    absorption.map(|absorption| if absorption == 0.0 { 1.0 } else { (-absorption * distance).exp() })
 }
 
 /// A half-line or segment: points `origin + t * direction` with 0 < t < `t_max`.
@@ -120,6 +121,7 @@ pub struct Rays {
 }
 
 thread_local! {
+    static HITS: RefCell<Vec<Hit>> = const { RefCell::new(Vec::new()) };
     static SCRATCH: RefCell<Scratch> = const { RefCell::new(Scratch { stack: Vec::new(), passed: Vec::new() }) };
 }
 
@@ -279,20 +281,32 @@ impl Rays {
 
     /// What light that travels a [`Segment`] from its far end to its origin is multiplied by: the ordered product of the straight
     /// matrices, and what is left of each colour where `absorption` (m⁻¹) is that at the origin.
-    ///
-    /// What absorbs is a matter of the place alone: also for light that goes straight into a body.
     pub fn passed(&self, scene: &Scene, segment: &Segment, absorption: Vec3) -> (Matrix, Vec3) {
         if !self.absorbs {
             return (self.transmittance(segment), Vec3::ONE);
         }
+        HITS.with_borrow_mut(|hits| self.passed_by(scene, segment, absorption, hits, |_| ()))
+    }
+
+    /// The same, crossing by crossing: `met` is shown the matter of each, as far as anything comes through; `hits` is for use.
+    ///
+    /// What absorbs is a matter of the place alone: also for light that goes straight into a body.
+    pub fn passed_by(
+        &self,
+        scene: &Scene,
+        segment: &Segment,
+        absorption: Vec3,
+        hits: &mut Vec<Hit>,
+        mut met: impl FnMut(&Material),
+    ) -> (Matrix, Vec3) {
         let (length, direction) = (segment.length() as f32, segment.direction());
-        let mut hits = Vec::new();
-        self.crossings(segment, &mut hits);
+        self.crossings(segment, hits);
         let (mut matrix, mut left) = (Matrix::IDENTITY, Vec3::ONE);
         let (mut absorption, mut before) = (absorption, 0.0);
-        for hit in &hits {
+        for hit in hits.iter() {
             let MatterAt { material, bsdf, point, .. } = scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
             matrix = matrix * bsdf.straight;
+            met(material);
             if matrix.is_zero() {
                 return (matrix, Vec3::ZERO);
             }

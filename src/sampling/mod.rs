@@ -20,6 +20,13 @@ pub fn endurance(steps: u32, certain: u32) -> f32 {
     if steps < certain { 1.0 } else { (1.0 - 1.0 / steps as f32).powi(2) }
 }
 
+/// Weight of a way of density `own` > 0 beside another of density `other`: own² / (own² + other²), Veach 1997, eq. 9.13, written
+/// so that no square overflows before its ratio does.
+pub fn power_heuristic(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
 /// One of `n` things, chosen by `u` in [0, 1) in proportion to its weight: its index and its probability. None where all
 /// weights are zero.
 pub fn choose(n: usize, weight: impl Fn(usize) -> f32, u: f32) -> Option<(usize, f32)> {

@@ -30,7 +30,7 @@ pub struct Material {
     pub absorption: Vec3,
     /// How its glass spreads colours: 20 over Abbe's number, as KHR_materials_dispersion has it; 0 not at all.
     pub dispersion: f32,
-    /// The share of the surface that is there, in (0, 1]: 1 as a rule, and where the `pattern` says how much is. Of what is not there
+    /// The share of the surface that is there, in [0, 1]: 1 as a rule, and where the `pattern` says how much is. Of what is not there
     /// nothing is reflected or radiated, and light goes straight through.
     pub covered: f32,
     /// The most that all lobes together send on of light from any direction, linear RGB, where that is less than the sum of
@@ -233,9 +233,7 @@ impl Material {
 
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
     pub fn is_nothing(&self) -> bool {
-        let none = self.emission.is_none() && self.bsdf.terms.is_empty();
-        none && self.bsdf.straight == Matrix::IDENTITY
-            && (self.straight_there == Matrix::IDENTITY || self.covered == 0.0)
+        self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
     }
 
     /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).

@@ -16,8 +16,6 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 const SMOOTH: f32 = 1e-3;
 /// What a coat of index 1.5 mirrors at normal incidence.
 const COAT: f32 = 0.04;
-/// Least α of fibres: narrower than this they are seen from the side alone, and not well by numbers.
-const FIBRES: f32 = 1e-3;
 /// Directions that are looked at for the most that is reflected.
 const DIRECTIONS: u32 = 64;
 
@@ -26,7 +24,21 @@ const DIRECTIONS: u32 = 64;
 struct Shares {
     metal: f32,
     glass: f32,
+    /// What is neither.
     body: f32,
+    /// Of a body what leaves on the side that light comes to, and on the other.
+    leaves: [f32; 2],
+}
+
+/// What mirrors of metal and bodies.
+#[derive(Clone, Copy, PartialEq)]
+enum Facets {
+    /// None are seen: a mirror of metal alone.
+    Mirror,
+    /// They are, however smooth; glass is that of roughness 0.
+    Smooth,
+    /// They are.
+    Rough,
 }
 
 /// What a body mirrors at normal and at grazing incidence.
@@ -208,6 +220,13 @@ pub struct Parameters {
     pub film_thickness: f32,
 }
 
+impl Parameters {
+    /// True for metal and nothing else, with nothing above it.
+    fn is_bare_metal(&self) -> bool {
+        self.metallic >= 1.0 && self.coat <= 0.0 && self.sheen == Vec3::ZERO && self.film == 0.0
+    }
+}
+
 impl Default for Pbr {
     /// glTF's default material.
     fn default() -> Self {
@@ -334,11 +353,27 @@ impl Pbr {
     /// [`envelope`](Self::envelope): where there is metal there is no glass, and what a layer mirrors does not reach what is below.
     pub fn most_reflected(&self) -> Vec3 {
         let [least, most] = self.extremes();
-        let opaque = [least.roughness, most.roughness].into_iter().fold(most.base, |known, roughness| {
-            let at = Parameters { roughness, transmission: 0.0, metallic: 0.0, ..most };
-            let metal = Parameters { metallic: 1.0, ..at };
+        // Of all others more reflect more. What of these varies is looked at from both ends.
+        let ends: [fn(&mut Parameters) -> &mut f32; 4] = [
+            |at| &mut at.roughness,
+            |at| &mut at.coat_roughness,
+            |at| &mut at.sheen_roughness,
+            |at| &mut at.translucence,
+        ];
+        let mut corners = vec![Parameters { transmission: 0.0, metallic: 0.0, ..most }];
+        for end in ends {
+            let lower = *end(&mut { least });
+            for mut corner in corners.clone() {
+                if *end(&mut corner) != lower {
+                    *end(&mut corner) = lower;
+                    corners.push(corner);
+                }
+            }
+        }
+        let opaque = corners.iter().fold(most.base, |known, at| {
+            let metal = Parameters { metallic: 1.0, ..*at };
             let metals = if most.metallic > 0.0 { self.most_at(&metal) } else { Vec3::ZERO };
-            let bodies = if least.metallic < 1.0 { self.most_at(&at) } else { Vec3::ZERO };
+            let bodies = if least.metallic < 1.0 { self.most_at(at) } else { Vec3::ZERO };
             known.max(metals).max(bodies)
         });
         opaque.min(Vec3::ONE).lerp(Vec3::ONE, most.transmission * (1.0 - least.metallic))
@@ -458,8 +493,14 @@ impl Pbr {
     /// [`envelope`](Self::envelope).
     pub fn lobes_of(&self, at: &Parameters) -> impl Iterator<Item = (f32, Lobe)> + use<> {
         let glass = at.transmission * (1.0 - at.metallic);
-        let shares = Shares { metal: at.metallic, glass, body: 1.0 - at.metallic - glass };
-        self.made(at, shares, at.roughness <= SMOOTH).into_iter().flatten()
+        let leaves = [1.0 - at.translucence, at.translucence];
+        let shares = Shares { metal: at.metallic, glass, body: 1.0 - at.metallic - glass, leaves };
+        let facets = match at.roughness <= SMOOTH {
+            true if at.is_bare_metal() => Facets::Mirror,
+            true => Facets::Smooth,
+            false => Facets::Rough,
+        };
+        self.made(at, shares, facets).into_iter().flatten()
     }
 
     /// Each parameter at its least and at its most.
@@ -475,11 +516,19 @@ impl Pbr {
         let [least, most] = self.extremes();
         let glass = most.transmission * (1.0 - least.metallic);
         let body = (1.0 - least.metallic) * (1.0 - least.transmission);
-        let shares = Shares { metal: most.metallic, glass, body };
-        let smooth = self.made(&most, shares, true).into_iter().filter(move |_| least.roughness <= SMOOTH);
-        let rough = self.made(&most, shares, false).into_iter().filter(move |_| most.roughness > SMOOTH);
+        let leaves = [1.0 - least.translucence, most.translucence];
+        let shares = Shares { metal: most.metallic, glass, body, leaves };
+        let smooth = least.roughness <= SMOOTH;
+        let bare = Parameters { metallic: most.metallic, ..least }.is_bare_metal();
+        let alone = least.is_bare_metal() && most.is_bare_metal();
+        let kinds = [
+            (Facets::Mirror, smooth && bare),
+            (Facets::Smooth, smooth && !alone),
+            (Facets::Rough, most.roughness > SMOOTH),
+        ];
         let mut all: Vec<(f32, Lobe)> = Vec::new();
-        for one in smooth.chain(rough).flatten() {
+        let occurs = kinds.into_iter().filter(|(_, occurs)| *occurs);
+        for one in occurs.flat_map(|(facets, _)| self.made(&most, shares, facets)).flatten() {
             if !all.contains(&one) {
                 all.push(one);
             }
@@ -488,12 +537,12 @@ impl Pbr {
     }
 
     /// All lobes that have a share.
-    fn made(&self, at: &Parameters, shares: Shares, smooth: bool) -> [Option<(f32, Lobe)>; 7] {
+    fn made(&self, at: &Parameters, shares: Shares, facets: Facets) -> [Option<(f32, Lobe)>; 6] {
         if self.unlit {
-            return [None; 7];
+            return [None; 6];
         }
         let Self { two_sided, ior, solid, .. } = *self;
-        let Shares { metal, glass, body } = shares;
+        let Shares { metal, glass, body, leaves: [near, far] } = shares;
         let above = self.above(at);
         let [of_coat, of_sheen] = self.topmost(at);
         let specular = self.specular_of(at);
@@ -501,7 +550,6 @@ impl Pbr {
         let mirrors = clear.f0 > 0.0 || clear.f90 > 0.0;
         let below = if mirrors { Some(above.unwrap_or(Layers::NONE).with_clear(clear)) } else { above };
         // Metal and what a clear body mirrors have the same facets: reflectances add up.
-        let whole = smooth && metal >= 1.0 && above.is_none() && at.film == 0.0;
         let (f0, f90) = (
             (metal * at.base + body * specular.f0).min(Vec3::ONE),
             Vec3::splat((metal + body * specular.f90).min(1.0)),
@@ -511,10 +559,11 @@ impl Pbr {
             thickness: at.film_thickness,
             factor: at.film,
         });
-        let facets =
-            Glossy { film, under: above, ..Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided) };
-        let mirror = Lobe::Mirror(Mirror { tint: at.base, two_sided });
-        let glossy = if whole { (1.0, mirror) } else { (1.0, Lobe::Glossy(facets)) };
+        let glossy = Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided);
+        let mirror = match facets {
+            Facets::Mirror => Lobe::Mirror(Mirror { tint: at.base, two_sided }),
+            Facets::Smooth | Facets::Rough => Lobe::Glossy(Glossy { film, under: above, ..glossy }),
+        };
         // Glass has no layer above it in its lobe: it gets what one lets through on the average.
         let through = above.map_or(1.0, |above| above.average());
         let diffuse = Lobe::Diffuse(Diffuse { albedo: at.base, two_sided, under: below });
@@ -523,11 +572,10 @@ impl Pbr {
         [
             of_coat,
             of_sheen,
-            some(metal > 0.0 || (body > 0.0 && mirrors), glossy),
-            some(true, (glass * through, self.glass(at, ior, solid, smooth))),
-            some(true, (body * (1.0 - at.translucence), diffuse)),
-            some(at.translucent_colour != Vec3::ZERO, (body * at.translucence, translucent)),
-            None,
+            some(metal > 0.0 || (body > 0.0 && mirrors), (1.0, mirror)),
+            some(true, (glass * through, self.glass(at, ior, solid, facets != Facets::Rough))),
+            some(true, (body * near, diffuse)),
+            some(at.translucent_colour != Vec3::ZERO, (body * far, translucent)),
         ]
     }
 
@@ -548,11 +596,9 @@ impl Pbr {
         let (f0, f90) = (Vec3::splat(COAT * at.coat), Vec3::splat(at.coat));
         let facets = [alpha(at.coat_roughness); 2];
         let coat = Lobe::Glossy(Glossy::new(f0, f90, facets, Vec3::X, two_sided));
-        let under = (at.coat > 0.0).then(|| Layers::NONE.with_coat(coat_of(at)));
         // The coat is the upper of the two.
-        let passed = under.map_or(1.0, |coat| coat.average());
-        let fibres =
-            Sheen { colour: passed * at.sheen, alpha: alpha(at.sheen_roughness).max(FIBRES), two_sided };
+        let passed = if at.coat > 0.0 { 1.0 - coat_of(at).average() } else { 1.0 };
+        let fibres = Sheen { colour: passed * at.sheen, alpha: alpha(at.sheen_roughness), two_sided };
         [
             (at.coat > 0.0).then_some((1.0, coat)),
             (at.sheen != Vec3::ZERO).then_some((1.0, Lobe::Sheen(fibres))),
@@ -569,7 +615,7 @@ impl Pbr {
             layers = layers.with_coat(coat_of(at));
         }
         if at.sheen != Vec3::ZERO {
-            let (weight, alpha) = (at.sheen.max_element(), alpha(at.sheen_roughness).max(FIBRES));
+            let (weight, alpha) = (at.sheen.max_element(), alpha(at.sheen_roughness));
             layers = layers.with_sheen(Velvet { weight, alpha });
         }
         Some(layers)

@@ -4,7 +4,8 @@ use crate::small::Small;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{Vec2, Vec3, Vec4};
-use halflight::optics::{Diffuse, Lobe, Mirror};
+use halflight::optics::{Diffuse, Lobe, Mirror, Term};
+use halflight::plan::{Plan, Settings};
 use halflight::scene::texture::{Sampler, Wrap};
 use halflight::scene::{Inputs, Material, Pbr, Scene};
 use proptest::prelude::*;
@@ -357,6 +358,26 @@ fn normal_maps_bring_tangents_of_the_file_or_of_their_own() {
         .with("/nodes/0/scale", json!([1, 1, -2]))
         .good();
     assert!(mirrored.mesh.tangents[..4].iter().all(|t| *t == Vec4::new(0.0, 0.0, -1.0, 1.0)));
+}
+
+#[test]
+fn a_grain_without_an_image_runs_along_the_first_texture_coordinate() {
+    let brushed = json!({ "pbrMetallicRoughness": { "roughnessFactor": 0.3 },
+        "extensions": { "KHR_materials_anisotropy": { "anisotropyStrength": 0.8 } } });
+    let uvs = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+    let scene = laid_out(Small::new().with("/materials/0", brushed), uvs, false).good();
+    // Planning drops nothing that it needs.
+    let scene = Plan::new(scene, Settings::default()).scene;
+    let brushed = |triangle: u32| scene.material_of(triangle).pattern.is_some();
+    let triangle =
+        (0..scene.mesh.triangles.len() as u32).find(|triangle| brushed(*triangle)).expect("a body");
+    let matter = scene.matter_at(triangle, 0.3, 0.3, 0.0);
+    let [Term { lobe: Lobe::Glossy(facets), .. }] = matter.bsdf.terms[..] else {
+        panic!("{:?}", matter.bsdf)
+    };
+    let along = 0.09 + 0.91 * 0.64;
+    assert!((facets.alpha[0] - along).abs() < 1e-5 && (facets.alpha[1] - 0.09).abs() < 1e-6);
+    assert!(facets.tangent.length() > 0.99, "{}", facets.tangent);
 }
 
 proptest! {

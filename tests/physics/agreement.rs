@@ -282,6 +282,15 @@ fn with_facets_that_are_shaded_smooth() {
     must_agree("facets", &build.finish(), Direct::Connection);
 }
 
+/// Balls in the corners of the mixed box.
+fn four_balls(build: &mut Build, materials: [Material; 4]) {
+    let centres = [[-0.5, -0.5, 0.1], [0.5, -0.5, 0.1], [-0.5, 0.4, -0.2], [0.5, 0.4, -0.2]];
+    for (material, centre) in materials.into_iter().zip(centres) {
+        let ball = build.0.material(material);
+        build.sphere(Vec3::from_array(centre), 0.38, (48, 24), false, ball);
+    }
+}
+
 /// A rough mirror of this roughness, seen from outside.
 pub fn rough(roughness: f32, tint: Vec3) -> Lobe {
     let alpha = roughness * roughness;
@@ -295,17 +304,8 @@ fn with_rough_metal() {
         return;
     }
     let mut build = mixed(false, false);
-    let tint = Vec3::new(0.9, 0.8, 0.7);
-    let balls = [
-        (0.02, Vec3::new(-0.5, -0.5, 0.1)),
-        (0.1, Vec3::new(0.5, -0.5, 0.1)),
-        (0.3, Vec3::new(-0.5, 0.4, -0.2)),
-        (0.8, Vec3::new(0.5, 0.4, -0.2)),
-    ];
-    for (roughness, centre) in balls {
-        let ball = build.material("Ball", rough(roughness, tint));
-        build.sphere(centre, 0.38, (48, 24), false, ball);
-    }
+    let metal = |roughness| Material::new("Ball", rough(roughness, Vec3::new(0.9, 0.8, 0.7)));
+    four_balls(&mut build, [0.02, 0.1, 0.3, 0.8].map(metal));
     must_agree("rough metal", &build.finish(), Direct::Connection);
     // All walls are.
     let mut build = mixed(true, false);
@@ -338,19 +338,9 @@ fn with_matter_of_all_kinds() {
         alpha: 0.6,
         ..pbr(red, 0.4)
     };
-    let balls = [
-        (Material::pbr("Metal", metal), Vec3::new(-0.5, -0.5, 0.1)),
-        (
-            Material::pbr("Frosted", frosted).with_absorption(Vec3::new(0.2, 0.9, 1.5)),
-            Vec3::new(0.5, -0.5, 0.1),
-        ),
-        (Material::pbr("Coated", coated), Vec3::new(-0.5, 0.4, -0.2)),
-        (Material::pbr("Leaf", leaf), Vec3::new(0.5, 0.4, -0.2)),
-    ];
-    for (material, centre) in balls {
-        let ball = build.0.material(material);
-        build.sphere(centre, 0.38, (48, 24), false, ball);
-    }
+    let frosted = Material::pbr("Frosted", frosted).with_absorption(Vec3::new(0.2, 0.9, 1.5));
+    let [metal, coated, leaf] = [metal, coated, leaf].map(|pbr| Material::pbr("Ball", pbr));
+    four_balls(&mut build, [metal, frosted, coated, leaf]);
     // Half of them suffice to tell 2 %.
     must_agree_in(PASSES / 2, "all kinds", &build.finish(), Direct::Connection);
 }
@@ -408,16 +398,7 @@ fn with_layers_over_bodies() {
         two_sided: true,
         ..pbr(Vec3::new(0.9, 1.0, 0.95), 0.4)
     };
-    let balls = [
-        (coated, Vec3::new(-0.5, -0.5, 0.1)),
-        (velvet, Vec3::new(0.5, -0.5, 0.1)),
-        (leaf, Vec3::new(-0.5, 0.4, -0.2)),
-        (frosted, Vec3::new(0.5, 0.4, -0.2)),
-    ];
-    for (pbr, centre) in balls {
-        let ball = build.0.material(Material::pbr("Ball", pbr));
-        build.sphere(centre, 0.38, (48, 24), false, ball);
-    }
+    four_balls(&mut build, [coated, velvet, leaf, frosted].map(|pbr| Material::pbr("Ball", pbr)));
     must_agree("layers", &build.finish(), Direct::Connection);
 }
 

@@ -4,7 +4,7 @@ use crate::support::{Build, Measured, diffuse, glow, look, measure, small};
 use glam::{Vec2, Vec3, Vec4};
 use halflight::film::{Film, Layer};
 use halflight::light::Light;
-use halflight::optics::{Lobe, Mirror};
+use halflight::optics::{Lobe, Mirror, Translucent};
 use halflight::plan::{Method, Settings};
 use halflight::render::Render;
 use halflight::scene::texture::{Encoding, Image, Sampler, Texture};
@@ -268,6 +268,22 @@ fn a_furnace_with_walls_of_hills_glows_as_its_albedo_says() {
 }
 
 #[test]
+fn plans_look_at_the_most_of_each_lobe_that_occurs() {
+    // A leaf that here sends all on this side, there all on the other.
+    let texels = [[0, 0, 0, 0], [0, 0, 0, 255]].concat();
+    let image = Image::new("leaf", [2, 1], texels, Encoding::Data).expect("four channels");
+    let translucence = Factor { factor: 1.0, texture: Some(Texture::new(Arc::new(image))) };
+    let leaf = Pbr { translucence, ..body(Factor::new(Vec3::splat(0.6))) };
+    let lobes = Material::pbr("Leaf", leaf.clone()).lobes;
+    let through = Lobe::Translucent(Translucent { colour: Vec3::ONE, under: None });
+    assert!(lobes.contains(&(1.0, diffuse(0.6))) && lobes.contains(&(1.0, through)), "{lobes:?}");
+    // What it sends on is white where it is most, whichever way.
+    assert!((leaf.most_reflected() - 1.0).abs().max_element() < 0.01, "{}", leaf.most_reflected());
+    let brown = Pbr { translucent_colour: Factor::new(Vec3::splat(0.1)), ..leaf };
+    assert!((brown.most_reflected() - 0.6).abs().max_element() < 0.01, "{}", brown.most_reflected());
+}
+
+#[test]
 fn where_metal_is_smooth_it_mirrors_and_elsewhere_it_does_not() {
     // The left half of the floor is a mirror, the right half diffuse: one shows a lamp, the other is lit by it.
     let texels = [[0, 0, 255], [0, 0, 0]].concat();
@@ -276,7 +292,7 @@ fn where_metal_is_smooth_it_mirrors_and_elsewhere_it_does_not() {
     let metallic_roughness = Some(Texture { sampler, ..Texture::new(Arc::new(image)) });
     let pbr = Pbr { metallic_roughness, metallic: 1.0, ..body(Factor::new(Vec3::splat(0.6))) };
     let material = Material::pbr("Half", pbr);
-    assert_eq!(material.lobes.len(), 2, "either kind occurs");
+    assert_eq!(material.lobes.len(), 3, "either kind occurs, and from afar what is half metal");
     let mirror = Lobe::Mirror(Mirror { tint: Vec3::splat(0.6), two_sided: false });
     assert!(material.lobes.contains(&(1.0, mirror)) && material.lobes.contains(&(1.0, diffuse(0.6))));
     // Of the hemisphere over the floor, by cosine.

@@ -85,7 +85,7 @@ pub(super) fn read(
     let vertices = Vertices { accessors, primitive, count };
     let [first, second] = [0, 1].map(|set| vertices.uvs(set, needs.uvs[set as usize]));
     let colours = vertices.colours(needs.colours)?;
-    let tangents = match needs.normal_map {
+    let tangents = match needs.tangents {
         Some(_) if normals.is_some() => vertices.tangents()?,
         _ => None,
     };
@@ -175,7 +175,7 @@ impl Vertices<'_> {
 impl Geometry {
     /// With tangents that a normal map asks for and the file does not have.
     fn with_tangents(self, needs: &Needs) -> Self {
-        match needs.normal_map {
+        match needs.tangents {
             Some((set, transform)) if self.tangents.is_none() => {
                 tangents::generate(&self, set, transform).unwrap_or(self)
             }

@@ -9,7 +9,7 @@ use super::parameters::parameters;
 use crate::scene::assembly::Closure;
 use crate::scene::names::clean;
 use crate::scene::texture::Texture;
-use crate::scene::{Backs, Factor, Material, Parameters, Pbr, VertexColours};
+use crate::scene::{Anisotropy, Backs, Factor, Material, Parameters, Pbr, VertexColours};
 use glam::{Affine2, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::material as extension;
@@ -53,8 +53,8 @@ pub(super) struct Colours {
 pub(super) struct Needs {
     /// Which sets of texture coordinates.
     pub uvs: [bool; 2],
-    /// The set that a normal map is laid out by, and how.
-    pub normal_map: Option<(u8, Affine2)>,
+    /// The set that a normal map, else a grain is laid out by, and how: what tangents follow from.
+    pub tangents: Option<(u8, Affine2)>,
     /// It has a colour that those of vertices multiply.
     pub colours: bool,
 }
@@ -99,9 +99,12 @@ impl<'a> Materials<'a> {
         let reader = self.reader(material, notes)?;
         let of = |set: u8| reader.pbr.textures().any(|texture| texture.set == set);
         let laid_out = |texture: &Texture| (texture.set, texture.transform);
+        // A grain without an image runs along the first coordinate of the first set.
+        let along = |grain: &Anisotropy| grain.texture.as_ref().map_or((0, Affine2::IDENTITY), laid_out);
+        let grain = reader.pbr.anisotropy.as_ref().map(along);
         Ok(Needs {
-            uvs: [of(0), of(1)],
-            normal_map: reader.pbr.normal.as_ref().map(|map| laid_out(&map.texture)),
+            uvs: [of(0) || grain.is_some(), of(1)],
+            tangents: reader.pbr.normal.as_ref().map(|map| laid_out(&map.texture)).or(grain),
             colours: reader.pbr.base != Factor::new(Vec3::ZERO),
         })
     }

@@ -69,9 +69,7 @@ fn emissive(source: &Source, textures: &mut Textures<'_, '_>, label: &str) -> Re
     let strength = source.extensions.as_ref().and_then(|more| more.emissive_strength.as_ref());
     let strength = strength.map_or(1.0, |e| e.emissive_strength.0);
     let colour = strength * Vec3::from_array(source.emissive_factor.0);
-    if !colour.is_finite() || colour.min_element() < 0.0 {
-        return Err(format!("{label}: its emission {colour} is negative or not finite; correct it"));
-    }
+    check_amounts(label, "emission", colour)?;
     Ok(textures.colour("emissive", colour, source.emissive_texture.as_ref().map(Reference::of)))
 }
 
@@ -99,11 +97,7 @@ fn layers(
         let reference = specular.specular_texture.as_ref().map(Reference::of);
         made.specular = textures.channel("specular", factor, reference, 3);
         let colour = Vec3::from_array(specular.specular_color_factor.0);
-        if !colour.is_finite() || colour.min_element() < 0.0 {
-            return Err(format!(
-                "{label}: its specularColorFactor {colour} is negative or not finite; correct it"
-            ));
-        }
+        check_amounts(label, "specularColorFactor", colour)?;
         let reference = specular.specular_color_texture.as_ref().map(Reference::of);
         made.specular_colour = textures.colour("specular colour", colour, reference);
     }
@@ -229,6 +223,13 @@ fn specular_glossiness(
         }
     }
     Ok(())
+}
+
+fn check_amounts(label: &str, what: &str, rgb: Vec3) -> Result<(), Reason> {
+    match rgb.is_finite() && rgb.min_element() >= 0.0 {
+        true => Ok(()),
+        false => Err(format!("{label}: its {what} {rgb} is negative or not finite; correct it")),
+    }
 }
 
 fn check_share(label: &str, what: &str, value: f32) -> Result<f32, Reason> {
