@@ -64,7 +64,7 @@
 //! Imports run one way, each module using those before it (a test of the repository holds them to it):
 //!
 //! ```text
-//! error, machine, stop, light, sampling, optics, scene, rays, rims, photon, emission, existence, connect,
+//! error, machine, stop, pictures, light, sampling, optics, scene, rays, rims, photon, emission, existence, connect,
 //! plan, shoot, photon_map, gather, path_trace, film, measure, pass, pilot, memory, atlas, render,
 //! compare, report, stability, cli
 //! ```
@@ -97,6 +97,7 @@ pub mod stability;
 
 mod machine;
 mod pass;
+mod pictures;
 
 // What is below is no part of the interface and free to change; tests and benches of this repository look at it.
 #[cfg(feature = "cli")]

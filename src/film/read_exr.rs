@@ -5,12 +5,11 @@ use crate::film::header::Header;
 use crate::film::image::Image;
 use crate::film::layer::Layer;
 use crate::film::write_exr::PREFIX;
-use ::exr::prelude::{
-    AnyChannel, AttributeValue, Compression, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, read,
-};
+use crate::pictures::check_exr;
+use ::exr::prelude::{AnyChannel, AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text, read};
 use glam::Vec3;
 use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::BufReader;
 use std::path::Path;
 
 /// Reads every layer of an EXR file: scan lines or tiles, one part or several of equal size, any compression, f16,
@@ -22,9 +21,13 @@ pub fn read_exr(path: &Path) -> Result<Image> {
     decode(BufReader::new(file)).map_err(|reason| Error::Image { path: path.into(), reason })
 }
 
+/// Bytes in memory for each in the picture: as it is read, and as it is given back, where a half becomes a float and a depth three.
+const DECODED: u64 = 4;
+
 fn decode(mut file: BufReader<File>) -> std::result::Result<Image, String> {
     let bad = |e: ::exr::error::Error| format!("not a readable EXR file ({e}); render or export it again");
-    check_size(&mut file)?;
+    let there = file.get_ref().metadata().map_err(|e| e.to_string())?.len();
+    check_exr(&mut file, there, DECODED)?;
     let reader =
         read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
     let exr = reader.from_buffered(file).map_err(bad)?;
@@ -52,49 +55,6 @@ fn decode(mut file: BufReader<File>) -> std::result::Result<Image, String> {
     layers.sort_by_key(|(name, _)| name.parse().map_or(usize::MAX, |layer: Layer| layer as usize));
     let side = |n: usize| u32::try_from(n).map_err(|_| "it is too large".to_string());
     Ok(Image { width: side(size.width())?, height: side(size.height())?, layers, header })
-}
-
-/// A damaged or hostile header can ask for any amount of memory, and a failed allocation would end the process.
-fn check_size(file: &mut BufReader<File>) -> std::result::Result<(), String> {
-    let bad = |e: ::exr::error::Error| format!("not a readable EXR file ({e}); render or export it again");
-    let meta = MetaData::read_from_buffered(&mut *file, false).map_err(bad)?;
-    file.rewind().map_err(|e| e.to_string())?;
-    if let Some(dwa) = meta.headers.iter().map(|header| header.compression).find(|c| is_dwa(*c)) {
-        return Err(format!(
-            "it has {dwa}, which cannot be read safely; save it again with ZIP, PIZ or no compression"
-        ));
-    }
-    let bytes = meta.headers.iter().try_fold(0_u64, |sum, header| {
-        let pixels = header.layer_size.0.checked_mul(header.layer_size.1)?;
-        sum.checked_add(pixels.checked_mul(header.channels.bytes_per_pixel)? as u64)
-    });
-    let there = file.get_ref().metadata().map_err(|e| e.to_string())?.len();
-    match bytes {
-        Some(bytes) if bytes / MOST_COMPRESSED > there => {
-            Err("its header announces more pixels than so short a file can hold; the file is damaged".into())
-        }
-        Some(bytes) if !is_had(bytes.saturating_mul(DECODED)) => Err(format!(
-            "its {bytes} bytes of pixels take more memory than there is; make it smaller or free some memory"
-        )),
-        Some(_) => Ok(()),
-        None => Err("its header asks for more memory than there is; the file is damaged".into()),
-    }
-}
-
-/// No compression but DWA packs so many bytes into one: deflate, which ZIP and PXR24 rest on, packs 1032, and PXR24 has left
-/// out a fourth of the bytes before.
-const MOST_COMPRESSED: u64 = 1400;
-/// Bytes in memory for each in the picture: as it is read, and as it is given back, where a half becomes a float and a depth three.
-const DECODED: u64 = 4;
-
-/// The decoder of these believes sizes in the file before it allocates, and ends the process.
-fn is_dwa(compression: Compression) -> bool {
-    matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
-}
-
-fn is_had(bytes: u64) -> bool {
-    let fits = usize::try_from(bytes).is_ok_and(|n| Vec::<u8>::new().try_reserve_exact(n).is_ok());
-    fits && crate::machine::memory().is_none_or(|left| bytes <= left.bytes)
 }
 
 /// Channels that share what stands before the last dot.

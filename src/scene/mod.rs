@@ -40,6 +40,7 @@ mod builtin;
 mod camera;
 mod centre;
 mod check;
+pub mod environment;
 mod gltf;
 mod hash;
 #[cfg(test)]

@@ -150,7 +150,7 @@ fn unreadable(uri: &str, e: &io::Error) -> Reason {
 }
 
 /// The regular file within the folder that a uri names, links followed.
-pub(super) fn locate(uri: &str, folder: &Path) -> std::result::Result<PathBuf, Reason> {
+pub(in crate::scene) fn locate(uri: &str, folder: &Path) -> std::result::Result<PathBuf, Reason> {
     let shown = shown(uri);
     let name =
         percent_decode(uri).ok_or_else(|| format!("its uri `{shown}` is not UTF-8; rename the file"))?;

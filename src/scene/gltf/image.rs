@@ -5,17 +5,13 @@ use super::accessor::Accessors;
 use super::files::load_uri;
 use super::notes::label;
 use crate::machine::MemoryLimit;
+use crate::pictures::Pixels;
 use crate::scene::texture::{Encoding, Image, Sampler, Wrap};
 use gltf::json::texture::{MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
-use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// Pixels of one image, 8192 squared: 256 MB decoded.
 const MOST_PIXELS: u64 = 1 << 26;
@@ -24,81 +20,6 @@ const MOST_PIXELS_OF_A_FILE: u64 = 1 << 29;
 
 /// Bytes of an image file.
 const MOST_BYTES: u64 = 1 << 30;
-
-/// A decoded image.
-pub(super) struct Pixels {
-    pub width: u32,
-    pub height: u32,
-    /// Of each one to four: grey, grey and alpha, red green blue, or with alpha; as stored, row by row from the top.
-    pub channels: Vec<u8>,
-}
-
-impl Pixels {
-    /// Decodes a PNG, JPEG or WebP file. Err: why not.
-    pub fn decode(bytes: &[u8], most: u64) -> Result<Self, Reason> {
-        match bytes {
-            [0x89, b'P', b'N', b'G', ..] => png(bytes, most),
-            [0xFF, 0xD8, 0xFF, ..] => jpeg(bytes, most),
-            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => webp(bytes, most),
-            _ => Err("neither PNG, JPEG nor WebP".into()),
-        }
-    }
-}
-
-fn check_size(width: u32, height: u32, most: u64) -> Result<usize, Reason> {
-    let pixels = u64::from(width) * u64::from(height);
-    if pixels <= most.min(MOST_PIXELS) {
-        Ok(pixels as usize)
-    } else {
-        Err(format!("{width}x{height} pixels are too many"))
-    }
-}
-
-fn png(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
-    let limits = png::Limits { bytes: 8 * MOST_PIXELS as usize };
-    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
-    decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
-    decoder.set_ignore_text_chunk(true);
-    decoder.set_ignore_iccp_chunk(true);
-    let mut reader = decoder.read_info().map_err(|e| format!("damaged: {e}"))?;
-    let (width, height) = (reader.info().width, reader.info().height);
-    check_size(width, height, most)?;
-    let mut raw = vec![0; reader.output_buffer_size().ok_or("too many pixels")?];
-    let frame = reader.next_frame(&mut raw).map_err(|e| format!("damaged: {e}"))?;
-    raw.truncate(frame.buffer_size());
-    if frame.color_type == png::ColorType::Indexed {
-        return Err("damaged: its palette is missing".into());
-    }
-    Ok(Pixels { width, height, channels: raw })
-}
-
-fn jpeg(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
-    let options = DecoderOptions::default()
-        .jpeg_set_out_colorspace(ColorSpace::RGB)
-        .set_max_width(usize::from(u16::MAX))
-        .set_max_height(usize::from(u16::MAX));
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(|e| format!("damaged: {e}"))?;
-    let info = decoder.info().ok_or("damaged: it has no size")?;
-    let (width, height) = (u32::from(info.width), u32::from(info.height));
-    let pixels = check_size(width, height, most)?;
-    let raw = decoder.decode().map_err(|e| format!("damaged: {e}"))?;
-    if raw.len() != 3 * pixels {
-        return Err("its colours are not RGB".into());
-    }
-    Ok(Pixels { width, height, channels: raw })
-}
-
-fn webp(bytes: &[u8], most: u64) -> Result<Pixels, Reason> {
-    let mut decoder =
-        image_webp::WebPDecoder::new(Cursor::new(bytes)).map_err(|e| format!("damaged: {e}"))?;
-    let (width, height) = decoder.dimensions();
-    check_size(width, height, most)?;
-    decoder.set_memory_limit(8 * MOST_PIXELS as usize);
-    let mut raw = vec![0; decoder.output_buffer_size().ok_or("too many pixels")?];
-    decoder.read_image(&mut raw).map_err(|e| format!("damaged: {e}"))?;
-    Ok(Pixels { width, height, channels: raw })
-}
 
 /// A file's images, each decoded once for each way in which its numbers are meant.
 pub(super) struct Images<'a> {
@@ -147,7 +68,7 @@ impl<'a> Images<'a> {
     ) -> Result<(Arc<Image>, Sampler), Reason> {
         let image = self.image_of(texture).ok_or("no image")?;
         let name = label("image", image, self.accessors.root.images[image].name.as_deref());
-        let Pixels { width, height, channels } = self.pixels(image)?;
+        let Pixels { width, height, channels, .. } = self.pixels(image)?;
         let count = (width as usize * height as usize).max(1);
         let each = channels.len() / count;
         let rough = |alpha: u8| (255.0 - glossiness * f32::from(alpha)).round() as u8;
@@ -190,7 +111,7 @@ impl<'a> Images<'a> {
     }
 
     fn decode(&mut self, image: usize, name: &str, encoding: Encoding) -> Result<Arc<Image>, Reason> {
-        let Pixels { width, height, channels } = self.pixels(image)?;
+        let Pixels { width, height, channels, .. } = self.pixels(image)?;
         let made = Image::new(name, [width, height], channels, encoding).ok_or("no pixels")?;
         self.held += made.bytes() as u64;
         Ok(Arc::new(made))
@@ -200,7 +121,7 @@ impl<'a> Images<'a> {
     fn pixels(&mut self, image: usize) -> Result<Pixels, Reason> {
         let source = &self.accessors.root.images[image];
         let fits = self.memory.map_or(u64::MAX, |there| there.bytes.saturating_sub(self.held) / PIXEL_BYTES);
-        let most = self.left.min(fits);
+        let most = self.left.min(fits).min(MOST_PIXELS);
         let pixels = match (&source.uri, source.buffer_view) {
             (Some(uri), _) => Pixels::decode(&load_uri(uri, self.folder, MOST_BYTES)?, most)?,
             (None, Some(view)) => Pixels::decode(self.accessors.view(view.value())?, most)?,
@@ -208,27 +129,5 @@ impl<'a> Images<'a> {
         };
         self.left -= u64::from(pixels.width) * u64::from(pixels.height);
         Ok(pixels)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_no_image_or_too_large_is_an_error() {
-        assert!(Pixels::decode(b"", 100).is_err_and(|e| e.contains("neither")));
-        assert!(Pixels::decode(b"\x89PNG\r\n\x1a\n", 100).is_err_and(|e| e.contains("damaged")));
-        assert!(Pixels::decode(b"\xFF\xD8\xFF\xE0", 100).is_err_and(|e| e.contains("damaged")));
-        assert!(Pixels::decode(b"RIFF\x04\0\0\0WEBP", 100).is_err_and(|e| e.contains("damaged")));
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, 20, 10);
-        encoder.set_color(png::ColorType::Grayscale);
-        let mut writer = encoder.write_header().unwrap();
-        writer.write_image_data(&[7; 200]).unwrap();
-        drop(writer);
-        assert!(Pixels::decode(&file, 199).is_err_and(|e| e.contains("too many")));
-        let pixels = Pixels::decode(&file, 200).unwrap();
-        assert_eq!((pixels.width, pixels.height, pixels.channels), (20, 10, vec![7; 200]));
     }
 }

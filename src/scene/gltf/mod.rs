@@ -37,6 +37,7 @@ use animation::Weights;
 use document::{Document, Stance};
 use extensions::{Standing, standing};
 use extras::{Extras, Place};
+pub(super) use files::locate;
 use geometry::Geometry;
 use glam::{DAffine3, DVec3, Vec3};
 use gltf::Semantic;

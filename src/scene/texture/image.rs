@@ -40,7 +40,7 @@ fn meanings(of: fn(f64) -> f64) -> Meanings {
 }
 
 /// From sRGB to linear light, IEC 61966-2-1.
-fn to_linear(value: f64) -> f64 {
+pub(in crate::scene) fn to_linear(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 

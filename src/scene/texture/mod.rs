@@ -6,6 +6,7 @@ mod sampler;
 #[cfg(test)]
 mod tests;
 
+pub(super) use image::to_linear;
 pub use image::{Encoding, Image};
 pub use sampler::{Sampler, Wrap};
 
