@@ -259,6 +259,8 @@ fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
             Luminaire::Spot { .. } => "spot",
             Luminaire::Warn { .. } => "OpenGL's spot",
             Luminaire::Directional { .. } => "parallel light (power is that on the scene)",
+            Luminaire::Sun { .. } => "sun (power is that on the scene)",
+            Luminaire::Environment { .. } => "environment (power is that on the scene)",
         };
         punctual.push((kind.to_owned(), power));
     }

@@ -236,6 +236,11 @@ impl Material {
         self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
     }
 
+    /// True where it reflects some of the visible half of light that arrives.
+    pub(super) fn reads_visible(&self) -> bool {
+        self.bsdf.terms.iter().any(|term| term.coefficient.rows().iter().any(|[_, visible]| *visible != 0.0))
+    }
+
     /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).
     pub(super) fn resolve(&mut self, around: Illumination, chosen: Option<Illumination>) {
         let surroundings = around.own_matter();
