@@ -34,7 +34,7 @@ fn check_material(material: &Material) -> Result<(), Reason> {
     for (share, lobe) in &material.lobes {
         let (colour, ior) = match lobe {
             Lobe::Diffuse(lobe) => (lobe.albedo, 1.0),
-            Lobe::Mirror(lobe) => (lobe.tint, 1.0),
+            Lobe::Mirror(lobe) => (lobe.tint.max(lobe.grazing), 1.0),
             Lobe::Dielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::ThinDielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::Glossy(lobe) => (lobe.f0.max(lobe.f90), 1.0),

@@ -342,7 +342,9 @@ impl Fields for Lobe {
             Self::Diffuse(Diffuse { albedo, two_sided, under: Some(layers) }) => {
                 (5_u32, ((albedo, two_sided), layers)).feed(fnv);
             }
-            Self::Mirror(Mirror { tint, two_sided }) => (1_u32, (tint, two_sided)).feed(fnv),
+            Self::Mirror(Mirror { tint, grazing, two_sided }) => {
+                (1_u32, ((tint, grazing), two_sided)).feed(fnv);
+            }
             Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
             Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),
             Self::Glossy(lobe) => (4_u32, lobe).feed(fnv),

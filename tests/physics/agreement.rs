@@ -237,7 +237,7 @@ pub fn mixed(mirror: bool, glass: bool) -> Build {
         build.quad(-axis - next - last, 2.0 * next, 2.0 * last, white);
     }
     if mirror {
-        let lobe = Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false });
+        let lobe = Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.8, 0.7), false));
         let ball = build.material("Mirror", lobe);
         build.sphere(Vec3::new(-0.45, -0.5, 0.0), 0.4, (48, 24), false, ball);
     }
@@ -265,10 +265,7 @@ fn with_facets_that_are_shaded_smooth() {
     // Balls of so few facets that much of what is seen of them is seen askew.
     let mut build = mixed(false, false);
     let lobes = [
-        (
-            Vec3::new(-0.5, -0.5, 0.0),
-            Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false }),
-        ),
+        (Vec3::new(-0.5, -0.5, 0.0), Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.8, 0.7), false))),
         (
             Vec3::new(0.5, -0.45, 0.2),
             Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::new(0.9, 1.0, 0.95) }),
