@@ -44,6 +44,17 @@ pub struct SceneArgs {
     #[arg(long, value_name = "MATERIAL=…")]
     pub set: Vec<String>,
 
+    #[command(flatten)]
+    pub around: AroundArgs,
+
+    /// The most triangles that a scene may have, every instance counted.
+    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
+    pub max_triangles: u64,
+}
+
+/// What is around a scene.
+#[derive(Args, Clone, Debug, Default)]
+pub struct AroundArgs {
     /// What shines from all around: studio, sky, sky:elevation=30,turbidity=3,azimuth=0 (degrees), a colour (white, #80a0ff, 0.5), a
     /// picture of all directions (.hdr, .exr, .png, .jpg, .webp; equirectangular), or none. Default: what the file says; where
     /// nothing in it shines, studio.
@@ -61,10 +72,17 @@ pub struct SceneArgs {
     /// What is seen of the environment: seen, hidden (it lights all the same), or a colour in its place.
     #[arg(long, value_name = "seen|hidden|COLOUR")]
     pub background: Option<Background>,
+}
 
-    /// The most triangles that a scene may have, every instance counted.
-    #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
-    pub max_triangles: u64,
+impl AroundArgs {
+    fn surroundings(&self) -> Surroundings {
+        Surroundings {
+            source: self.environment.clone(),
+            rotation: self.environment_rotation,
+            strength: self.environment_strength,
+            background: self.background,
+        }
+    }
 }
 
 fn degrees(text: &str) -> std::result::Result<f32, String> {
@@ -100,12 +118,7 @@ impl SceneArgs {
             pose: self.pose.clone(),
             variant: self.variant.clone(),
             max_triangles: self.max_triangles,
-            around: Surroundings {
-                source: self.environment.clone(),
-                rotation: self.environment_rotation,
-                strength: self.environment_strength,
-                background: self.background,
-            },
+            around: self.around.surroundings(),
             dark,
         };
         let mut loaded = Scene::load_chosen(&self.scene, &choice)?;

@@ -34,6 +34,8 @@ pub struct Useful {
 #[derive(Clone, Debug)]
 pub struct StartTree {
     nodes: Vec<Node>,
+    /// By how much denser than without it starts are where they are of use, in the mean.
+    gain: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +104,7 @@ impl StartTree {
         }
         let most = (HEAVY * mean) as f32;
         useful.iter_mut().for_each(|one| one.weight = one.weight.min(most));
-        let mut tree = Self { nodes: Vec::new() };
+        let mut tree = Self { nodes: Vec::new(), gain: 1.0 };
         let whole = Part {
             low: [0.0; EMISSION_DIMENSIONS],
             high: [1.0; EMISSION_DIMENSIONS],
@@ -110,6 +112,7 @@ impl StartTree {
             mass: 1.0,
         };
         tree.grow(&whole, &mut useful);
+        tree.gain = tree.gain_for(&useful);
         (tree.nodes.len() > 1).then_some(tree)
     }
 
@@ -179,8 +182,13 @@ impl StartTree {
         density as f32
     }
 
-    /// By how much denser than without it starts are where they are of use: the mean over `useful`.
-    pub fn gain(&self, useful: &[Useful]) -> f64 {
+    /// The same for starts that it was learned from.
+    pub fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// By how much denser than without it starts are where they are of use: the harmonic mean over `useful`.
+    pub fn gain_for(&self, useful: &[Useful]) -> f64 {
         let (sum, weights) = useful.iter().fold((0.0, 0.0), |(sum, weights), one| {
             let weight = f64::from(one.weight);
             (sum + weight / f64::from(self.density(one.start)), weights + weight)
@@ -285,7 +293,7 @@ mod tests {
         let inside =
             starts.iter().filter(|u| (0.3..0.4).contains(&u[0]) && (0.3..0.31).contains(&u[1])).count();
         assert!(inside > 2200, "{inside} of 4096, of which .7 would be right");
-        assert!(tree.gain(&useful(999)) > 5.0);
+        assert!(tree.gain_for(&useful(999)) > 5.0);
     }
 
     #[test]

@@ -358,9 +358,10 @@ impl Scene {
         images
     }
 
-    /// What they take in memory.
+    /// What they take in memory, and the environment.
     pub fn image_bytes(&self) -> usize {
-        self.images().iter().map(|image| image.bytes()).sum()
+        let environment = self.environment.as_ref().map_or(0, |environment| environment.bytes());
+        self.images().iter().map(|image| image.bytes()).sum::<usize>() + environment
     }
 
     /// The surface that a triangle belongs to.

@@ -36,12 +36,12 @@ const WORTH: f64 = 3.0;
 
 /// Learns which starts are of use to the picture. None: hardly fewer than all.
 pub fn learn_starts(plan: &Plan, frame: &Frame) -> Option<StartTree> {
-    let photons = frame.photons.as_ref()?;
+    let photons = frame.photons.as_ref().filter(|_| !plan.settings.even_starts)?;
     let emitters = Emitters::<Light>::new(&plan.scene)?;
     let eye = Eye { plan, frame, emitters, direct: photons.classes.direct };
     // What some tell must hold for others.
     let (learned, asked) = (eye.look(0..LOOKS), eye.look(LOOKS..2 * LOOKS));
-    let gain = StartTree::new(learned)?.gain(&asked);
+    let gain = StartTree::new(learned)?.gain_for(&asked);
     if gain < WORTH {
         return None;
     }

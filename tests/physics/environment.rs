@@ -101,7 +101,7 @@ fn white_corner() -> Scene {
     build.yfov(0.5);
     let white = build.material("White", diffuse(1.0));
     let glass = build.material("Glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
-    let mirror = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    let mirror = build.material("Mirror", Lobe::Mirror(Mirror::plain(Vec3::ONE, false)));
     let (x, y, z) = (2.0 * Vec3::X, 2.0 * Vec3::Y, 2.0 * Vec3::Z);
     build.quad(Vec3::ZERO, z, x, white).quad(Vec3::ZERO, x, y, white).quad(Vec3::ZERO, y, z, white);
     for (at, material) in [(0.4, glass), (1.0, mirror), (1.6, white)] {
@@ -245,7 +245,7 @@ fn window(illumination: Illumination) -> Scene {
     // Half a wall on the left; nothing on the right and above.
     build.quad(corner, 0.4 * y, z, wall);
     let glass = Material::new("Glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
-    let mirror = Material::new("Mirror", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
+    let mirror = Material::new("Mirror", Lobe::Mirror(Mirror::plain(Vec3::splat(0.9), false)));
     let metal = Material::new("Metal", crate::agreement::rough(0.3, Vec3::new(0.9, 0.7, 0.4)));
     four_balls(&mut build, [glass, mirror, metal, diffuse_matter([0.2, 0.6, 0.3])]);
     build.0.environment = Some(gradient());
