@@ -13,5 +13,6 @@ mod packed;
 mod posed;
 mod right;
 mod small;
+mod sun;
 mod unlit;
 mod wrong;

@@ -26,6 +26,7 @@ const STRAIGHT: &str = "straight";
 const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
+const ANGLE: &str = "angle";
 const BACKS: &str = "backs";
 const FSTOP: &str = "fstop";
 const APERTURE: &str = "aperture";
@@ -42,6 +43,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (EMISSION, &[Place::Material, Place::Light], "materials and lights"),
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
+    (ANGLE, &[Place::Light], "directional lights"),
     (BACKS, &[Place::Material], "materials"),
     (FSTOP, &[Place::Camera], "cameras (not their objects)"),
     (APERTURE, &[Place::Camera], "cameras (not their objects)"),
@@ -54,6 +56,10 @@ const KEYS: &[(&str, &[Place], &str)] = &[
 
 /// The height of the sensor that an f-number is meant for, m: that of a film of 36 × 24 mm.
 const SENSOR: f32 = 0.024;
+
+/// The least angle of a sun's disk, degrees: below it single precision tells too few directions apart, and no shadow is softer
+/// than that of parallel light.
+const LEAST_ANGLE: f32 = 0.002;
 
 /// The extras of one thing.
 pub(super) struct Extras {
@@ -194,6 +200,12 @@ impl Extras {
             let fine = numbers.iter().all(|x| *x >= 0.0) && numbers[1..].iter().any(|a| *a > 0.0);
             fine.then_some(numbers)
         })
+    }
+
+    /// `angle`: that of the whole disk of a sun, in degrees. None, or 0: its light is parallel.
+    pub fn angle(&self) -> Result<Option<f32>, Reason> {
+        let allowed = "the angle of the sun's disk in degrees: 0 for parallel light, or 0.002 to 180";
+        self.number(ANGLE, allowed, |x| *x == 0.0 || (LEAST_ANGLE..=180.0).contains(x))
     }
 
     fn read<T>(

@@ -4,6 +4,7 @@ use super::Reason;
 use super::extras::{Extras, Place};
 use super::graph::Placed;
 use super::notes::{Notes, label};
+use crate::light::Light;
 use crate::scene::{Luminaire, SpotCone};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
@@ -99,6 +100,10 @@ pub(super) fn punctual(
         if source.range.is_some() {
             notes.about("the range of lights is ignored, light has none", &lamp.name);
         }
+        let sun = matches!(source.type_, Checked::Valid(Type::Directional));
+        if !sun && lamp.extra(Extras::angle)?.is_some() {
+            notes.about("extras `angle` is passed over, it is read on directional lights", &lamp.name);
+        }
         let luminaire = lamp.luminaire((place.position() - origin).as_vec3())?;
         if !luminaire.power(radius).total().is_finite() {
             return Err(format!(
@@ -161,9 +166,7 @@ impl<'a> Lamp<'a> {
             (Type::Directional, Some(_)) => {
                 return Err(format!("{}: extras `warn` is for point and spot lights; remove it", self.label));
             }
-            (Type::Directional, None) => {
-                Luminaire::Directional { direction: self.forward, irradiance: light }
-            }
+            (Type::Directional, None) => self.sun(light)?,
             (_, Some([exponent, a0, a1, a2])) => Luminaire::Warn {
                 position,
                 direction: self.forward,
@@ -175,6 +178,16 @@ impl<'a> Lamp<'a> {
             (Type::Spot, None) => {
                 Luminaire::Spot { position, direction: self.forward, intensity: light, cone: self.cone()? }
             }
+        })
+    }
+
+    /// A disk at infinity, or parallel light, that brings so much (W m⁻²) to what faces it.
+    fn sun(&self, irradiance: Light) -> Result<Luminaire, Reason> {
+        let angle = self.extra(Extras::angle)?.unwrap_or(0.0);
+        Ok(if angle > 0.0 {
+            Luminaire::sun(self.forward, irradiance, 0.5 * angle.to_radians())
+        } else {
+            Luminaire::Directional { direction: self.forward, irradiance }
         })
     }
 
