@@ -6,6 +6,7 @@ use crate::light::Light;
 use crate::optics::{Dielectric, Diffuse, Lobe};
 use crate::plan::Settings;
 use crate::render::Render;
+use crate::sampling::warp;
 use crate::scene::{
     Camera, Emission, Illumination, Luminaire, Material, Projection, Scene, SceneBuilder, Shape,
 };
@@ -90,6 +91,25 @@ impl Build {
         self.quad(max, -z, -y, material);
         self.quad(max, -x, -z, material);
         self.quad(max, -y, -x, material);
+    }
+
+    /// A sphere with smooth normals, of `around` × `down` facets.
+    pub fn ball(&mut self, centre: Vec3, radius: f32, around: u32, down: u32, material: u32) {
+        let place = |i: u32, j: u32| {
+            let turn = (i % around) as f32 / around as f32;
+            warp::about_z((std::f32::consts::PI * j as f32 / down as f32).cos(), turn)
+        };
+        let (mut normals, mut triangles) = (Vec::new(), Vec::new());
+        for (j, i) in (0..down).flat_map(|j| (0..around).map(move |i| (j, i))) {
+            let corners = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
+            let first = normals.len() as u32;
+            normals.extend(corners);
+            // At the poles a facet is one triangle.
+            triangles.extend((j + 1 < down).then_some([first, first + 1, first + 2]));
+            triangles.extend((j > 0).then_some([first, first + 2, first + 3]));
+        }
+        let positions = normals.iter().map(|normal| centre + radius * *normal);
+        self.0.shape(Shape::new("ball", material, positions, triangles).with_normals(normals.clone()));
     }
 
     pub fn point_light(&mut self, position: Vec3, intensity: f32) {

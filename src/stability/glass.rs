@@ -7,7 +7,7 @@ use crate::measure::mean_and_error;
 use crate::optics::{Dielectric, Lobe, Mirror};
 use crate::pilot::learn;
 use crate::plan::Plan;
-use crate::scene::{Illumination, Luminaire, Shape, SpotCone};
+use crate::scene::{Illumination, Luminaire, SpotCone};
 use crate::shoot::shoot;
 use glam::Vec3;
 
@@ -220,24 +220,6 @@ fn coloured(_: Effort) -> Vec<Check> {
     .concat()
 }
 
-/// A ball of `around` × `down` facets about zero, shaded as a sphere.
-fn ball(build: &mut Build, around: u32, down: u32, material: u32) {
-    let place = |i: u32, j: u32| {
-        let turn = (i % around) as f32 / around as f32;
-        crate::sampling::warp::about_z((std::f32::consts::PI * j as f32 / down as f32).cos(), turn)
-    };
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for (j, i) in (0..down).flat_map(|j| (0..around).map(move |i| (j, i))) {
-        let corners = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
-        let first = positions.len() as u32;
-        positions.extend(corners);
-        // At the poles a facet is one triangle.
-        triangles.extend((j + 1 < down).then_some([first, first + 1, first + 2]));
-        triangles.extend((j > 0).then_some([first, first + 2, first + 3]));
-    }
-    build.0.shape(Shape::new("ball", material, positions.iter().copied(), triangles).with_normals(positions));
-}
-
 fn facets(_: Effort) -> Vec<Check> {
     let mirror = Lobe::Mirror(Mirror::plain(Vec3::ONE, false));
     let one = |what: &str, lobe: Lobe, around: u32, down: u32| {
@@ -246,7 +228,7 @@ fn facets(_: Effort) -> Vec<Check> {
         let wall = build.glowing(0.0, 1.0);
         build.room(Vec3::splat(-9.0), Vec3::splat(9.0), wall);
         let lobe = build.material("Ball", lobe);
-        ball(&mut build, around, down, lobe);
+        build.ball(Vec3::ZERO, 1.0, around, down, lobe);
         mean_is(format!("{what}, {around} × {down}"), build.finish(), film(64, 64, 1), 32, 1.0, 1e-4)
     };
     vec![

@@ -9,6 +9,7 @@ mod lights;
 mod matter;
 mod scale;
 pub mod scene_check;
+mod sky;
 mod stiff;
 
 use std::time::Instant;
@@ -175,8 +176,17 @@ impl Case {
 
 /// All cases, by theme.
 pub fn cases() -> Vec<Case> {
-    [stiff::CASES, scale::CASES, lights::CASES, glass::CASES, geometry::CASES, counts::CASES, matter::CASES]
-        .concat()
+    let by_theme = [
+        stiff::CASES,
+        scale::CASES,
+        lights::CASES,
+        sky::CASES,
+        glass::CASES,
+        geometry::CASES,
+        counts::CASES,
+        matter::CASES,
+    ];
+    by_theme.concat()
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ fn picture(scale: f32) -> Result<Film, String> {
 }
 
 /// How two pictures compare, in words.
-fn compare(a: &Film, b: &Film) -> String {
+pub(super) fn compare(a: &Film, b: &Film) -> String {
     let differing =
         a.mean(Layer::Visible).iter().zip(&b.mean(Layer::Visible)).filter(|(a, b)| a != b).count();
     if differing == 0 {
@@ -74,7 +74,7 @@ fn scaled(_: Effort) -> Vec<Check> {
 }
 
 /// A lit floor in a glTF file, everything under one node at `x`.
-fn far_file(x: f64) -> serde_json::Value {
+pub(super) fn far_file(x: f64) -> serde_json::Value {
     let corners: [[f32; 3]; 4] = [[-1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0]];
     let triangles: [u16; 6] = [0, 1, 2, 0, 2, 3];
     let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
@@ -107,23 +107,29 @@ fn far_file(x: f64) -> serde_json::Value {
     })
 }
 
-fn far_picture(x: f64) -> Result<Vec<Vec3>, String> {
+/// What such a file shows.
+fn far_picture(file: &serde_json::Value) -> Result<Vec<Vec3>, String> {
     let folder = tempfile::tempdir().map_err(|why| why.to_string())?;
     let path = folder.path().join("far.gltf");
-    std::fs::write(&path, far_file(x).to_string()).map_err(|why| why.to_string())?;
+    std::fs::write(&path, file.to_string()).map_err(|why| why.to_string())?;
     let scene = Scene::load(&path).map_err(|why| why.to_string())?;
     Ok(rendered(scene, film(32, 32, 1000), 2)?.film().mean(Layer::Visible))
 }
 
 fn far_away(_: Effort) -> Vec<Check> {
-    let near = match far_picture(0.0) {
+    far_from_home(&[1e5, 1e9], far_file)
+}
+
+/// Pictures of a file whose contents lie at x, beside that at zero.
+pub(super) fn far_from_home(places: &[f64], file: fn(f64) -> serde_json::Value) -> Vec<Check> {
+    let near = match far_picture(&file(0.0)) {
         Ok(near) => near,
         Err(why) => return vec![Check::fact("at home", "an image", why)],
     };
-    [1e5_f64, 1e9]
+    places
         .iter()
         .map(|&x| {
-            let got = far_picture(x).map_or_else(
+            let got = far_picture(&file(x)).map_or_else(
                 |why| why,
                 |far| {
                     // glTF stores places in f32, the light's and the camera's among them, and adds them in f64: what

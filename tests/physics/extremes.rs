@@ -44,6 +44,13 @@ each! {
     grazing: "grazing";
     powers: "powers";
     faint_beside_bright: "faint-beside-bright";
+    sky_furnace: "sky-furnace";
+    one_pixel_sun: "one-pixel-sun";
+    sky_sizes: "sky-sizes";
+    black_sky: "black-sky";
+    sky_turned: "sky-turned";
+    sky_scaled: "sky-scaled";
+    sky_far_away: "sky-far-away";
     ior: "ior";
     glass_in_glass: "glass-in-glass";
     water_in_a_glass: "water-in-a-glass";
