@@ -66,7 +66,7 @@ pub struct AroundArgs {
     pub environment_rotation: Option<f32>,
 
     /// What the light of the environment is multiplied by.
-    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = factor)]
     pub environment_strength: Option<f32>,
 
     /// What is seen of the environment: seen, hidden (it lights all the same), or a colour in its place.

@@ -200,7 +200,7 @@ impl Scene {
             Some(name) if choice.is_empty() => {
                 let mut scene = builtin::scene(name)?;
                 scene.put_into(&choice.around, None)?;
-                let files = choice.around.file().map(Path::to_owned).into_iter().collect();
+                let files = choice.around.file(None)?.into_iter().collect();
                 Ok(Loaded { scene, files, variants: Vec::new(), animations: Vec::new() })
             }
             Some(name) => {

@@ -39,7 +39,7 @@ fn folder(buffer: &str, texture: &str, candela: f64) -> TempDir {
 const SMALL: &str = "--size 16x16 --passes 1 --illumination local";
 
 #[track_caller]
-fn done(folder: &Path, arguments: &str) -> String {
+pub fn done(folder: &Path, arguments: &str) -> String {
     let output = halflight(folder, arguments);
     assert!(output.status.success(), "{arguments}: {}", said(&output));
     said(&output)
@@ -47,7 +47,7 @@ fn done(folder: &Path, arguments: &str) -> String {
 
 /// One line, exit code 2, and no file of the folder is other than before.
 #[track_caller]
-fn refused(folder: &Path, arguments: &str, words: &[&str]) {
+pub fn refused(folder: &Path, arguments: &str, words: &[&str]) {
     let state = || {
         let files = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("a file").path());
         let mut all: Vec<_> =

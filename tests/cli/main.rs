@@ -6,6 +6,7 @@ mod check;
 mod choice;
 mod compare;
 mod ends;
+mod environment;
 mod files;
 mod info;
 mod page;

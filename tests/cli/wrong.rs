@@ -34,7 +34,7 @@ fn scenes_that_are_none() {
     must_refuse("render nowhere.glb", &["nowhere.glb"]);
     must_refuse("render notes.glb", &["notes.glb"]);
     must_refuse("render builtin:teapot", &["builtin:teapot", "caustic-box"]);
-    must_refuse("render dark.gltf", &["dark.gltf", "light"]);
+    must_refuse("render dark.gltf --environment none", &["dark.gltf", "light", "--environment studio"]);
     must_refuse("plan nowhere.glb", &["nowhere.glb"]);
     must_refuse("render .", &["folder", ".glb"]);
 }

@@ -339,15 +339,25 @@ fn a_spot_however_narrow_has_its_power() {
 }
 
 #[test]
-fn no_light_says_what_else_was_lost_and_what_blender_needs() {
-    let dark = Small::new().with("/nodes/2/extensions", Value::Null).with("/animations", json!([{}]));
-    let plain = dark.clone().error();
-    assert!(plain.contains("Besides: is seen at rest") && !plain.contains("Blender"), "{plain}");
-    let blender = dark.with("/asset/generator", json!("Khronos glTF Blender I/O v5.0.21")).error();
+fn no_light_is_lit_by_the_studio_which_says_what_blender_needs() {
+    let dark = Small::new().with("/nodes/2/extensions", Value::Null);
+    let told = |file: &Small| file.clone().good().notes.join("; ");
+    let plain = told(&dark);
+    assert!(plain.contains("the built-in studio lights it") && !plain.contains("Blender"), "{plain}");
+    let blender = told(&dark.with("/asset/generator", json!("Khronos glTF Blender I/O v5.0.21")));
     for needle in
         ["area lights", "World", "Punctual Lights", "Cameras", "Custom Properties", "docs/blender.md"]
     {
         assert!(blender.contains(needle), "`{needle}` is not in: {blender}");
+    }
+}
+
+#[test]
+fn where_nothing_shines_what_else_was_lost_is_told_too() {
+    let dark = Small::new().with("/nodes/2/extensions", Value::Null).with("/animations", json!([{}]));
+    let none = dark.with("/scenes/0/extras", json!({ "environment": "none" })).error();
+    for needle in ["nothing emits light", "--environment studio", "Besides: is seen at rest"] {
+        assert!(none.contains(needle), "`{needle}` is not in: {none}");
     }
 }
 

@@ -77,7 +77,7 @@ fn a_scene_of_unlit_surfaces_alone_is_a_picture() {
         }
     }
     let lit = poster(json!({})).with("/nodes/2/extensions", Value::Null).good();
-    assert!(lit.notes.iter().any(|note| note.contains("nothing lights the scene")), "{:?}", lit.notes);
+    assert!(lit.notes.iter().any(|note| note.contains("the built-in studio lights it")), "{:?}", lit.notes);
 }
 
 #[test]

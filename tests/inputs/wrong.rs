@@ -54,9 +54,10 @@ fn files_that_are_no_scenes() {
 
 #[test]
 fn documents_without_what_a_picture_needs() {
-    let no_light = Small::new().with("/nodes/2/extensions", Value::Null);
-    expect(no_light, &["nothing emits light", "add a lamp"]);
-    expect(Small::new().with("/extensions/KHR_lights_punctual/lights/0/intensity", json!(0)), &["emits"]);
+    let no_light = Small::new().with("/scenes/0/extras", json!({ "environment": "none" }));
+    let told = ["nothing emits light", "--environment studio"];
+    expect(no_light.clone().with("/nodes/2/extensions", Value::Null), &told);
+    expect(no_light.with("/extensions/KHR_lights_punctual/lights/0/intensity", json!(0)), &told);
     expect(Small::new().with("/scenes/0/nodes", json!([2, 3])), &["no triangles"]);
     expect(Small::new().with("/scene", json!(7)), &["default scene"]);
     expect(Small::new().with("/scenes/0/nodes", json!([9])), &["node 9"]);

@@ -51,11 +51,11 @@ impl Source {
         })
     }
 
-    /// The picture that is read, if it is one.
-    pub fn file(&self) -> Option<&Path> {
+    /// The picture that is read, if it is one; as [`load`](Self::load) finds it.
+    pub fn file(&self, folder: Option<&Path>) -> Result<Option<PathBuf>> {
         match self {
-            Self::File(path) => Some(path),
-            _ => None,
+            Self::File(path) => found(path, folder).map(Some),
+            _ => Ok(None),
         }
     }
 }

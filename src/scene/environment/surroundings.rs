@@ -3,9 +3,10 @@
 use super::{AtInfinity, Background, Environment, Limits, SUN_RADIUS, Source, Sun, upright};
 use crate::error::{Error, Result};
 use crate::light::Light;
+use crate::scene::names::{clean, one_line};
 use crate::scene::{Luminaire, Scene};
 use glam::{Mat3, Vec3};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// What is around a scene, as far as it is said.
@@ -56,9 +57,14 @@ impl FromStr for Background {
 }
 
 impl Surroundings {
-    /// What is said here, and by `other` where nothing is.
+    /// What is said here, and by `other` where nothing is. Of a sky that gives way to another, no turn and no strength is left.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
+        let other = match &self.source {
+            None => other,
+            Some(Around::Nothing) => Self::default(),
+            Some(Around::Source(_)) => Self { background: other.background, ..Self::default() },
+        };
         Self {
             source: self.source.or(other.source),
             rotation: self.rotation.or(other.rotation),
@@ -72,11 +78,11 @@ impl Surroundings {
         matches!(self.source, Some(Around::Source(_)))
     }
 
-    /// The picture that is read for it.
-    pub fn file(&self) -> Option<&Path> {
+    /// The picture that is read for it, found as [`put_into`](Scene::put_into) finds it.
+    pub fn file(&self, folder: Option<&Path>) -> Result<Option<PathBuf>> {
         match &self.source {
-            Some(Around::Source(source)) => source.file(),
-            _ => None,
+            Some(Around::Source(source)) => source.file(folder),
+            _ => Ok(None),
         }
     }
 }
@@ -101,14 +107,18 @@ impl Scene {
             );
             return Err(Error::scene(&self.name, why));
         }
-        let AtInfinity { panorama, sun } = source.load(folder, Limits::default())?;
+        let of_scene = |e: Error| match folder {
+            Some(_) => Error::scene(&self.name, one_line(&format!("its environment: {e}"))),
+            None => e,
+        };
+        let AtInfinity { panorama, sun } = source.load(folder, Limits::default()).map_err(of_scene)?;
         let (turn, background) = (upright(rotation), background.unwrap_or_default());
         if let Some(sun) = sun.filter(|_| strength > 0.0) {
             let sun = luminaire(sun, turn, strength, background);
             self.luminaires.push(sun);
             self.skies.push(sun);
         }
-        self.surround(Environment::new(&source.to_string(), panorama, strength, turn, background));
+        self.surround(Environment::new(&clean(&source.to_string()), panorama, strength, turn, background));
         let (_, radius) = self.bounding_sphere();
         let power = self.skies.iter().map(|sky| sky.power(radius).total()).sum::<f32>();
         if !power.is_finite() {

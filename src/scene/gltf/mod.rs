@@ -70,11 +70,8 @@ pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded>
             loaded.files.push(path.to_owned());
             // Whoever renders it may name a file anywhere; the scene itself may not.
             let beside = if choice.around.source.is_some() { None } else { Some(folder) };
-            let picture = around.file();
-            loaded
-                .files
-                .extend(picture.map(|file| beside.map_or_else(|| file.to_owned(), |at| at.join(file))));
             loaded.scene.put_into(&around, beside)?;
+            loaded.files.extend(around.file(beside)?);
             Ok(loaded)
         }
         Err(reason) => Err(Error::scene(name, one_line(&reason))),
