@@ -9,6 +9,7 @@ mod files;
 mod images;
 mod loose;
 mod noise;
+mod orientation;
 #[cfg(all(feature = "draco", feature = "meshopt"))]
 mod packed;
 mod posed;
