@@ -62,7 +62,7 @@ fn balls_of_nothing() -> Scene {
 /// A mirror that no triangle has.
 fn unused_mirror() -> Scene {
     let mut scene = builtin("cornell-spheres", "global", &[]);
-    let lobe = Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: true });
+    let lobe = Lobe::Mirror(Mirror::plain(Vec3::ONE, true));
     scene.materials.push(halflight::scene::Material::new("Unused", lobe));
     let matter = Matter { opaque: Matrix::new([[0.9, 0.1], [0.9, 0.1]]), straight: Matrix::IDENTITY };
     scene.illuminate(None, &[("Unused".into(), Illumination::Own(matter))]).expect("its name");

@@ -64,9 +64,9 @@ fn material(material: &Material) -> Result<Value, Box<dyn Error>> {
     let [(_, lobe)] = material.lobes[..] else { return Err("only single lobes".into()) };
     let (colour, metal, roughness, double_sided) = match lobe {
         Lobe::Diffuse(lobe) => (lobe.albedo, 0, 1, lobe.two_sided),
-        Lobe::Mirror(lobe) => (lobe.tint, 1, 0, lobe.two_sided),
+        Lobe::Mirror(lobe) if lobe.grazing == Vec3::ONE => (lobe.tint, 1, 0, lobe.two_sided),
         Lobe::Dielectric(lobe) => (lobe.tint, 0, 0, false),
-        _ => return Err("only diffuse, mirrors and solid glass".into()),
+        _ => return Err("only diffuse, metal and solid glass".into()),
     };
     let mut json = json!({
         "name": material.name,

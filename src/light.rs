@@ -54,6 +54,12 @@ impl Light {
         (self.invisible + self.visible).element_sum()
     }
 
+    /// In the components in which `other` is above zero, and zero in the rest.
+    pub fn kept_where(self, other: Self) -> Self {
+        let kept = |own: Vec3, other: Vec3| Vec3::select(other.cmpgt(Vec3::ZERO), own, Vec3::ZERO);
+        Self::new(kept(self.invisible, other.invisible), kept(self.visible, other.visible))
+    }
+
     /// True when all six components are finite.
     pub fn is_finite(self) -> bool {
         self.invisible.is_finite() && self.visible.is_finite()

@@ -12,9 +12,10 @@ use crate::light::Light;
 use crate::pass::look;
 use crate::photon::Photons;
 use crate::plan::{DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, PerPath, PhotonClasses, PhotonPlan, Plan};
-use crate::shoot::{learn_guide, shoot};
+use crate::shoot::{learn_guide, learn_starts, shoot};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Lines of one pass at the most, where the plan chooses: half a minute of a processor.
 const MAX_LINES: f64 = 3.2e7;
@@ -78,9 +79,10 @@ pub fn learn_photons(plan: &Plan) -> Frame {
 /// Learns where paths of the frame should start, counts the deposits of a few, and from them sets the paths per pass and the share of
 /// deposits kept.
 pub(crate) fn counted(plan: &Plan, mut frame: Frame) -> Frame {
-    let guide = learn_guide(plan, &frame);
+    let starts = learn_starts(plan, &frame).map(Arc::new);
+    let guide = if starts.is_some() { None } else { learn_guide(plan, &frame) };
     let Some(photons) = frame.photons.take() else { return frame };
-    let mut photons = PhotonPlan { guide, ..photons };
+    let mut photons = PhotonPlan { guide, starts, ..photons };
     let wanted = plan.settings.paths.unwrap_or(DEFAULT_PATHS);
     let length = plan.existence.length();
     let [fewest, most] = PILOT_PATHS;

@@ -1,7 +1,7 @@
 use super::check_page::page;
 use super::out::print;
 use super::output::refuse_input;
-use super::scene_args::SceneArgs;
+use super::scene_args::{AroundArgs, SceneArgs};
 use super::settings_args::whole;
 use crate::error::{Error, Result};
 use crate::scene::{MAX_TRIANGLES, Pose};
@@ -41,6 +41,9 @@ pub struct CheckArgs {
     #[arg(long, value_name = "MATERIAL=…", requires = "scene")]
     set: Vec<String>,
 
+    #[command(flatten)]
+    around: AroundArgs,
+
     /// The most triangles that the scene may have, every instance counted.
     #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
     max_triangles: u64,
@@ -79,6 +82,7 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
                 variant: args.variant.clone(),
                 illumination: args.illumination.clone(),
                 set: args.set.clone(),
+                around: args.around.clone(),
                 max_triangles: args.max_triangles,
             };
             let loaded = scene_args.load_with_files()?;

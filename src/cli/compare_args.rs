@@ -2,7 +2,7 @@
 
 use super::output::Overwrite;
 use super::render::duration;
-use super::scene_args::SceneArgs;
+use super::scene_args::{AroundArgs, SceneArgs};
 use super::settings_args::{DEFAULT_SAMPLES, size, whole};
 use crate::plan::Settings;
 use crate::scene::{MAX_TRIANGLES, Pose};
@@ -45,6 +45,8 @@ pub struct CompareArgs {
     /// Illumination of one material, as in `render` (repeatable)
     #[arg(long, value_name = "MATERIAL=…")]
     pub(super) set: Vec<String>,
+    #[command(flatten)]
+    pub(super) around: AroundArgs,
     /// The most triangles that a scene may have, every instance counted
     #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
     pub(super) max_triangles: u64,
@@ -122,6 +124,7 @@ impl CompareArgs {
                 variant: self.variant.clone(),
                 illumination: illumination.clone(),
                 set: self.set.clone(),
+                around: self.around.clone(),
                 max_triangles: self.max_triangles,
             };
             lights.iter().map(args).collect::<Vec<_>>()

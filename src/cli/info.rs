@@ -259,6 +259,8 @@ fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
             Luminaire::Spot { .. } => "spot",
             Luminaire::Warn { .. } => "OpenGL's spot",
             Luminaire::Directional { .. } => "parallel light (power is that on the scene)",
+            Luminaire::Sun { .. } => "sun (power is that on the scene)",
+            Luminaire::Environment { .. } => "environment (power is that on the scene)",
         };
         punctual.push((kind.to_owned(), power));
     }
@@ -296,7 +298,14 @@ fn lobe_in_words(lobe: &Lobe) -> String {
     let colour = |v: Vec3| v.to_array().map(|x| number(f64::from(x))).join(" ");
     match lobe {
         Lobe::Diffuse(lobe) => format!("diffuse {}, {}", colour(lobe.albedo), sides(lobe.two_sided)),
-        Lobe::Mirror(lobe) => format!("mirror {}, {}", colour(lobe.tint), sides(lobe.two_sided)),
+        Lobe::Mirror(lobe) => {
+            let rim = if lobe.grazing == lobe.tint {
+                String::new()
+            } else {
+                format!(" ({} at grazing angles)", colour(lobe.grazing))
+            };
+            format!("mirror {}{rim}, {}", colour(lobe.tint), sides(lobe.two_sided))
+        }
         Lobe::Dielectric(lobe) => format!("solid glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
         Lobe::ThinDielectric(lobe) => format!("thin glass, index {}, tint {}", lobe.ior, colour(lobe.tint)),
         Lobe::RoughDielectric(lobe) => {

@@ -9,7 +9,7 @@ use crate::machine;
 use crate::memory::words as bytes;
 use crate::plan::{Frame, Plan};
 use crate::render::{Forecast, Saving, savings};
-use crate::scene::Scene;
+use crate::scene::{Luminaire, Scene};
 use clap::Args;
 use serde_json::{Value, json};
 use std::process::ExitCode;
@@ -194,11 +194,15 @@ fn omissions_as_json(plan: &Plan, savings: Option<&[Saving]>) -> Vec<Value> {
 fn facts(scene: &Scene) -> String {
     let smooth = scene.surfaces.iter().filter(|surface| surface.smooth).count();
     let punctual = scene.luminaires.iter().filter(|luminaire| luminaire.is_delta()).count();
+    let around =
+        scene.environment.as_ref().map_or(String::new(), |sky| format!(", environment {}", sky.name()));
+    let suns = scene.skies.iter().filter(|sky| matches!(sky, Luminaire::Sun { .. })).count();
+    let suns = if suns == 0 { String::new() } else { format!(", {suns} suns") };
     let mut before = None;
-    let shining = scene.luminaires.iter().filter(|luminaire| !luminaire.is_delta());
+    let shining = scene.luminaires.iter().filter(|l| matches!(l, Luminaire::Triangle { .. }));
     let triangles = shining.filter(|luminaire| !luminaire.goes_on(before.replace(*luminaire))).count();
     format!(
-        "{} triangles in {} surfaces ({smooth} smooth), {} materials, {} emissive triangles, {punctual} punctual lights",
+        "{} triangles in {} surfaces ({smooth} smooth), {} materials, {} emissive triangles, {punctual} punctual lights{suns}{around}",
         scene.mesh.triangles.len(),
         scene.surfaces.len(),
         scene.materials.len(),

@@ -2,7 +2,8 @@
 
 use super::settings_args::whole;
 use crate::error::{Error, Result};
-use crate::scene::{Choice, Illumination, Loaded, MAX_TRIANGLES, Pose, Scene};
+use crate::scene::environment::Around;
+use crate::scene::{Background, Choice, Illumination, Loaded, MAX_TRIANGLES, Pose, Scene, Surroundings};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -43,9 +44,55 @@ pub struct SceneArgs {
     #[arg(long, value_name = "MATERIAL=…")]
     pub set: Vec<String>,
 
+    #[command(flatten)]
+    pub around: AroundArgs,
+
     /// The most triangles that a scene may have, every instance counted.
     #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
     pub max_triangles: u64,
+}
+
+/// What is around a scene.
+#[derive(Args, Clone, Debug, Default)]
+pub struct AroundArgs {
+    /// What shines from all around: studio, sky, sky:elevation=30,turbidity=3,azimuth=0 (degrees), a colour (white, #80a0ff, 0.5), a
+    /// picture of all directions (.hdr, .exr, .png, .jpg, .webp; equirectangular), or none. Default: what the file says; where
+    /// nothing in it shines, studio.
+    #[arg(long, value_name = "SKY")]
+    pub environment: Option<Around>,
+
+    /// Turns the environment counter-clockwise, as seen from above, by so many degrees.
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
+    pub environment_rotation: Option<f32>,
+
+    /// What the light of the environment is multiplied by.
+    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    pub environment_strength: Option<f32>,
+
+    /// What is seen of the environment: seen, hidden (it lights all the same), or a colour in its place.
+    #[arg(long, value_name = "seen|hidden|COLOUR")]
+    pub background: Option<Background>,
+}
+
+impl AroundArgs {
+    fn surroundings(&self) -> Surroundings {
+        Surroundings {
+            source: self.environment.clone(),
+            rotation: self.environment_rotation,
+            strength: self.environment_strength,
+            background: self.background,
+        }
+    }
+}
+
+fn degrees(text: &str) -> std::result::Result<f32, String> {
+    let number = text.parse().ok().filter(|x: &f32| x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no number of degrees"))
+}
+
+fn factor(text: &str) -> std::result::Result<f32, String> {
+    let number = text.parse().ok().filter(|x: &f32| *x >= 0.0 && x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no factor; write a number from 0 up"))
 }
 
 /// Names of materials and their illuminations.
@@ -71,6 +118,7 @@ impl SceneArgs {
             pose: self.pose.clone(),
             variant: self.variant.clone(),
             max_triangles: self.max_triangles,
+            around: self.around.surroundings(),
             dark,
         };
         let mut loaded = Scene::load_chosen(&self.scene, &choice)?;

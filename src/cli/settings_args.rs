@@ -47,6 +47,11 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub samples: Option<u32>,
 
+    /// Start photons in proportion to the light that luminaires send, whatever becomes of it: for measurements of what it
+    /// brings to start them where they are of use.
+    #[arg(long)]
+    pub even_starts: bool,
+
     /// Leave nothing out, needed or not.
     #[arg(long)]
     pub keep_everything: bool,
@@ -101,6 +106,7 @@ impl SettingsArgs {
             samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
             invisible: layers.contains(&Layer::Invisible),
             max_reflections: self.max_reflections,
+            even_starts: self.even_starts,
             keep_everything: self.keep_everything,
             keep: self.keep()?,
             ..Settings::default()

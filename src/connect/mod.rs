@@ -7,11 +7,12 @@ mod polygon;
 use crate::emission::ALIKE;
 use crate::light::Light;
 use crate::rays::Segment;
-use crate::sampling::Cumulative;
+use crate::sampling::{Cumulative, warp};
 use crate::scene::{Luminaire, Part, Parts, Scene, SurfacePoint, versine_between, warn_falloff};
 use glam::{DVec3, Vec3};
 use polygon::{Facet, Plane};
 use std::collections::HashMap;
+use std::f32::consts::{FRAC_1_PI, PI};
 use std::ops::Add;
 
 /// Light that arrives at a camera hit along one connection.
@@ -41,6 +42,10 @@ pub struct Connections {
     place: HashMap<u32, u32>,
     /// And of parts of triangles.
     parts: Parts<u32>,
+    /// With which probability a connection leads to each of the skies, where chance may too.
+    skies: Vec<f32>,
+    /// Radiance of an environment that is the same from everywhere, where that has a closed form.
+    even_sky: Light,
     /// Nothing hides any luminaire.
     all_is_seen: bool,
 }
@@ -77,6 +82,8 @@ impl Connections {
             choice: Cumulative::default(),
             place: HashMap::new(),
             parts: Parts::default(),
+            skies: Vec::new(),
+            even_sky: Light::ZERO,
             all_is_seen: false,
         }
     }
@@ -86,11 +93,13 @@ impl Connections {
     pub fn new(scene: &Scene, closed_form: &[u32], all_is_seen: bool, lobes: Lobes) -> Self {
         let (_, radius) = scene.bounding_sphere();
         let (every, others) = summed_and_others(scene);
+        let even_sky = even_sky(scene, closed_form);
         let closed_form = Facet::of(scene, closed_form);
         let (mut one_of, mut powers) = (Vec::new(), Vec::new());
         let mut sum = 0.0;
         // Where nothing is hidden the closed form is all.
-        let hidden = closed_form.is_empty() || !all_is_seen || lobes == Lobes::Any;
+        let known = !closed_form.is_empty() || !even_sky.is_zero();
+        let hidden = !known || !all_is_seen || lobes == Lobes::Any;
         for i in others.into_iter().filter(|_| hidden) {
             let power = f64::from(scene.luminaires[i as usize].power(radius).total());
             if power > 0.0 {
@@ -113,7 +122,11 @@ impl Connections {
         };
         let (place, parts) = (by_chance().filter_map(whole).collect(), by_chance().filter_map(part));
         let parts = Parts::new(parts);
-        Self { every, closed_form, one_of, choice, place, parts, all_is_seen }
+        let connected = |sky: u32| one_of.iter().position(|own| *own == sky).filter(|_| lobes == Lobes::Any);
+        let probability =
+            |sky: Option<u32>| sky.and_then(connected).map_or(0.0, |place| choice.weight(place) as f32);
+        let skies = scene.lighting_skies().into_iter().map(probability).collect();
+        Self { every, closed_form, one_of, choice, place, parts, skies, even_sky, all_is_seen }
     }
 
     /// Of how many luminaires each sample chooses one; the others are all summed.
@@ -138,12 +151,12 @@ impl Connections {
         let light = shine.map(|facet| {
             facet.projected_solid_angle(point.position, &point.normals, front) * facet.emission.radiance
         });
-        light.fold(Light::ZERO, Light::add)
+        light.fold(PI * point.normals.share_above() * self.even_sky, Light::add)
     }
 
     /// True when some luminaires have a closed form.
     pub fn has_closed_form(&self) -> bool {
-        !self.closed_form.is_empty()
+        !self.closed_form.is_empty() || !self.even_sky.is_zero()
     }
 
     /// True when there are luminaires of which one is chosen.
@@ -185,6 +198,17 @@ impl Connections {
                 None => t * t / (cos * area),
             };
         self.choice.weight(place as usize) as f32 * density
+    }
+
+    /// What luminaires at infinity radiate from the unit vector `to`, each by its light (W m⁻² sr⁻¹) and the density in solid angle
+    /// (sr⁻¹) with which a connection would have led there; zero where none ever does.
+    pub fn skies<'a>(&'a self, scene: &'a Scene, to: Vec3) -> impl Iterator<Item = (Light, f32)> + 'a {
+        scene.skies.iter().zip(&self.skies).filter_map(move |(luminaire, probability)| {
+            let light = scene.radiance_from(luminaire, to);
+            let density =
+                || if *probability == 0.0 { 0.0 } else { probability * sky_density(scene, luminaire, to) };
+            (!light.is_zero()).then(|| (light, density()))
+        })
     }
 
     /// One connection to one of the luminaires that are chosen from, by three numbers in [0, 1); it is unbiased for
@@ -244,7 +268,33 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
             let segment = Segment::from_towards(point, wi);
             Some(Connection { wi, light: irradiance, segment, density: None })
         }
+        Luminaire::Sun { direction, radiance, versine } => {
+            let wi = warp::to_world(-direction, warp::off_z(versine * u[0], u[1]));
+            let density = 0.5 * FRAC_1_PI / versine;
+            let segment = Segment::from_towards(point, wi);
+            Some(Connection { wi, light: (1.0 / density) * radiance, segment, density: Some(density) })
+        }
+        Luminaire::Environment { .. } => {
+            let (wi, density) = scene.environment.as_ref()?.sample(u);
+            let light = (1.0 / density) * scene.radiance_from(luminaire, wi);
+            Some(Connection { wi, light, segment: Segment::from_towards(point, wi), density: Some(density) })
+        }
     }
+}
+
+/// Density in solid angle (sr⁻¹) with which [`connect`] chooses the unit vector `to`, where a luminaire at infinity shines from there.
+fn sky_density(scene: &Scene, luminaire: &Luminaire, to: Vec3) -> f32 {
+    match luminaire {
+        Luminaire::Sun { versine, .. } => 0.5 * FRAC_1_PI / versine,
+        _ => scene.environment.as_ref().map_or(0.0, |environment| environment.density(to)),
+    }
+}
+
+/// The radiance of an environment that is the same from everywhere, if it is among `luminaires`, by index.
+fn even_sky(scene: &Scene, luminaires: &[u32]) -> Light {
+    let is_sky = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Environment { .. });
+    let constant = || scene.environment.as_ref().and_then(|environment| environment.as_constant());
+    if luminaires.iter().any(is_sky) { constant().unwrap_or(Light::ZERO) } else { Light::ZERO }
 }
 
 /// Light of a punctual luminaire: intensity × profile(direction out of it, distance) / r².
@@ -298,7 +348,7 @@ fn sample_triangle(
     {
         return Some((point(barycentrics(corners, direction)?), Density::SolidAngle(sr as f32)));
     }
-    Some((point(crate::sampling::warp::triangle(u)), Density::Area))
+    Some((point(warp::triangle(u)), Density::Area))
 }
 
 /// True where the solid angle of a triangle is sampled, not its area.

@@ -127,7 +127,7 @@ mod tests {
     const SKY: Event = Event {
         centre: Vec3::ZERO,
         radius: 10.0,
-        lobe: Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: true }),
+        lobe: Lobe::Mirror(Mirror::plain(Vec3::ONE, true)),
         u: 0.5,
     };
 
@@ -175,7 +175,7 @@ mod tests {
     }
 
     fn events() -> Vec<(&'static str, Vec<Event>)> {
-        let mirror = Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: true });
+        let mirror = Lobe::Mirror(Mirror::plain(Vec3::ONE, true));
         let glass = Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE });
         let pane = Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint: Vec3::ONE });
         let ball = |lobe, u| Event { centre: Vec3::new(0.3, 0.2, 0.0), radius: 1.0, lobe, u };

@@ -83,7 +83,7 @@ impl<P: Power> Emitters<'_, P> {
     /// Which two of the numbers decide what a path meets: the first of them. Parallel light is aimed by its place.
     fn aim(&self, u0: f32) -> usize {
         match self.luminaire(u0) {
-            Luminaire::Directional { .. } => 1,
+            Luminaire::Directional { .. } | Luminaire::Sun { .. } | Luminaire::Environment { .. } => 1,
             _ => 3,
         }
     }

@@ -1,17 +1,23 @@
 //! How photon paths start: which luminaire, where on it, in which direction, with what power. [`Beam`] follows how paths
-//! spread, [`Guide`] starts more of them where caustics begin.
+//! spread, [`Guide`] starts more of them where caustics begin, [`StartTree`]
+//! where few of all are of use.
 
+mod aim;
 mod beam;
 mod guide;
+mod tree;
 
+pub use aim::{Aimed, Origin};
 pub use beam::Beam;
 pub use guide::Guide;
+pub use tree::{StartTree, Useful};
 
 use crate::light::{Light, Power};
 use crate::sampling::{Cumulative, warp};
-use crate::scene::{Emission, Luminaire, Scene, warn_falloff};
+use crate::scene::{Emission, Environment, Luminaire, Scene, warn_falloff};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
 
 /// How many numbers in [0, 1) the start of a path takes.
 pub const EMISSION_DIMENSIONS: usize = 5;
@@ -29,6 +35,14 @@ pub struct Emitted<P> {
     pub falloff: Falloff,
     /// Where those go that start a little differently, without a guide; the triangles of one surface are one luminaire to it.
     pub beam: Beam,
+}
+
+/// Where a path starts, without its power.
+struct Start {
+    origin: Vec3,
+    direction: Vec3,
+    falloff: Falloff,
+    beam: Beam,
 }
 
 /// How power changes along the first line.
@@ -94,8 +108,9 @@ impl<'a, P: Power> Emitters<'a, P> {
         // The choice of the luminaire leaves a number that is uniform again, and as well stratified: it chooses sides.
         let rest = ((x - self.choice.below(index)) / probability) as f32;
         let share = (1.0 / (probability * f64::from(paths))) as f32;
-        let power = P::of(self.power(luminaire, [u[1], u[2]])).scaled(share);
-        let (origin, direction, falloff, beam) = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
+        let start = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
+        let Start { origin, direction, falloff, beam } = start;
+        let power = P::of(self.power(luminaire, [u[1], u[2]], direction)).scaled(share);
         let beam = beam.thinned(self.together[index]);
         // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
         let power = match falloff {
@@ -105,8 +120,8 @@ impl<'a, P: Power> Emitters<'a, P> {
         Emitted { origin, direction, power, falloff, beam }
     }
 
-    /// The power of a luminaire, as if it shone everywhere as it does at the place where a path starts.
-    fn power(&self, luminaire: &Luminaire, place: [f32; 2]) -> Light {
+    /// The power of a luminaire, as if it shone everywhere as it does at the place where a path starts, or from where.
+    fn power(&self, luminaire: &Luminaire, place: [f32; 2], direction: Vec3) -> Light {
         match *luminaire {
             Luminaire::Triangle { triangle, part: Some(part), emission, area } => {
                 let [b1, b2] = part.place(warp::triangle(place));
@@ -114,6 +129,11 @@ impl<'a, P: Power> Emitters<'a, P> {
                 let radiance = self.scene.radiance_at(&point, Some(part), emission);
                 let emission = Emission { radiance, ..emission };
                 Luminaire::Triangle { triangle, part: Some(part), emission, area }.power(self.radius)
+            }
+            Luminaire::Environment { .. } => {
+                let density = self.scene.environment.as_ref().map_or(1.0, |sky| sky.density(-direction));
+                let fluence = (1.0 / density) * self.scene.radiance_from(luminaire, -direction);
+                Luminaire::Environment { fluence }.power(self.radius)
             }
             _ => luminaire.power(self.radius),
         }
@@ -124,14 +144,8 @@ impl<'a, P: Power> Emitters<'a, P> {
         &self.scene.luminaires[self.choice.index(f64::from(u0))]
     }
 
-    fn start(
-        &self,
-        luminaire: &Luminaire,
-        side: f32,
-        place: [f32; 2],
-        turn: [f32; 2],
-    ) -> (Vec3, Vec3, Falloff, Beam) {
-        match *luminaire {
+    fn start(&self, luminaire: &Luminaire, side: f32, place: [f32; 2], turn: [f32; 2]) -> Start {
+        let (origin, direction, falloff, beam) = match *luminaire {
             Luminaire::Triangle { triangle, part, emission, .. } => {
                 let place = warp::triangle(place);
                 let [b1, b2] = part.map_or(place, |part| part.place(place));
@@ -164,14 +178,34 @@ impl<'a, P: Power> Emitters<'a, P> {
                 (position, out, Falloff::Warn(attenuation), Beam::from_point(out, pdf))
             }
             Luminaire::Directional { direction, .. } => {
-                let (right, up) = direction.any_orthonormal_pair();
-                let [x, y] = warp::disk(place);
-                let on_disk = self.centre + self.radius * (x * right + y * up);
-                // Two radii back: before everything, whatever the rounding.
-                let beam = Beam::parallel(direction, FRAC_1_PI / (self.radius * self.radius));
-                (on_disk - 2.0 * self.radius * direction, direction, Falloff::Physical, beam)
+                (self.from_afar(direction, place), direction, Falloff::Physical, self.parallel(direction))
             }
-        }
+            Luminaire::Sun { direction, versine, .. } => {
+                let direction = warp::to_world(direction, warp::off_z(versine * turn[0], turn[1]));
+                let beam = self.parallel(direction).blurred(direction, 0.5 * FRAC_1_PI / versine);
+                (self.from_afar(direction, place), direction, Falloff::Physical, beam)
+            }
+            Luminaire::Environment { .. } => {
+                let sample = |sky: &Arc<Environment>| sky.sample(turn);
+                let (to, density) = self.scene.environment.as_ref().map_or((Vec3::Y, 1.0), sample);
+                let beam = self.parallel(-to).blurred(-to, density);
+                (self.from_afar(-to, place), -to, Falloff::Physical, beam)
+            }
+        };
+        Start { origin, direction, falloff, beam }
+    }
+
+    /// Where light comes from that goes in a direction: on a disk as large as the scene, two radii back, before everything
+    /// whatever the rounding.
+    fn from_afar(&self, direction: Vec3, place: [f32; 2]) -> Vec3 {
+        let (right, up) = direction.any_orthonormal_pair();
+        let [x, y] = warp::disk(place);
+        self.centre + self.radius * (x * right + y * up) - 2.0 * self.radius * direction
+    }
+
+    /// Of light that comes from that disk in one direction.
+    fn parallel(&self, direction: Vec3) -> Beam {
+        Beam::parallel(direction, FRAC_1_PI / (self.radius * self.radius))
     }
 }
 

@@ -214,7 +214,9 @@ fn kept(material: &Material, channel: usize) -> String {
                 Lobe::Diffuse(lobe) => {
                     format!("albedo {:.2}, {}", lobe.albedo[channel], sides(lobe.two_sided))
                 }
-                Lobe::Mirror(lobe) => format!("mirror {:.2}, {}", lobe.tint[channel], sides(lobe.two_sided)),
+                Lobe::Mirror(lobe) => {
+                    format!("mirror {:.2}, {}", lobe.average()[channel], sides(lobe.two_sided))
+                }
                 Lobe::Dielectric(_) | Lobe::ThinDielectric(_) => "glass".into(),
                 Lobe::RoughDielectric(_) | Lobe::RoughThin(_) => "rough glass".into(),
                 Lobe::Sheen(lobe) => {

@@ -222,6 +222,25 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             }
         }
         self.hits = hits;
+        if delta_chain <= most && rows.iter().any(|row| !row.is_zero()) {
+            if absorption != Vec3::ZERO {
+                rows = rows.map(|row| row * left_of(absorption, f32::INFINITY));
+            }
+            self.escape(line, &rows, mark, pixel);
+        }
+    }
+
+    /// A line that meets nothing more sees what shines at infinity.
+    fn escape(&mut self, line: &Line<T::Mark, R>, rows: &[Row; R], mark: T::Mark, pixel: &mut Pixel<R>) {
+        let Self { plan, tally, .. } = self;
+        for (light, connected) in plan.connections.skies(&plan.scene, line.direction) {
+            let weight = match line.by_chance {
+                Some(ByChance { density, .. }) if connected > 0.0 => power_heuristic(density, connected),
+                _ => 1.0,
+            };
+            let weighed = if weight == 1.0 { *rows } else { rows.map(|row| row * weight) };
+            tally.emitted(&weighed, mark, light, pixel);
+        }
     }
 
     /// Light that finite lobes send towards the camera.

@@ -136,6 +136,7 @@ impl Lobe {
             Self::Translucent(Translucent { colour, under: Some(layers) }) => layers.average() * *colour,
             Self::Glossy(lobe) => lobe.average(),
             Self::Sheen(lobe) => Sheen::average(lobe.alpha) * lobe.colour,
+            Self::Mirror(lobe) => lobe.average(),
             _ => self.bound(),
         }
     }
@@ -148,6 +149,7 @@ impl Lobe {
             Self::Translucent(lobe) if lobe.under.is_some() => lobe.turned().share(normals, from),
             Self::Glossy(lobe) => lobe.share(normals, from),
             Self::Sheen(lobe) => lobe.share(normals, from),
+            Self::Mirror(lobe) => lobe.share(normals, from),
             _ => self.bound(),
         }
     }
@@ -170,7 +172,7 @@ impl Lobe {
     pub fn bound(&self) -> Vec3 {
         match self {
             Self::Diffuse(lobe) => lobe.albedo,
-            Self::Mirror(lobe) => lobe.tint,
+            Self::Mirror(lobe) => lobe.bound(),
             Self::Dielectric(_) | Self::ThinDielectric(_) => Vec3::ONE,
             Self::RoughDielectric(_) | Self::RoughThin(_) => Vec3::ONE,
             Self::Glossy(lobe) => lobe.bound(),
@@ -273,7 +275,7 @@ mod tests {
         let tint = Vec3::new(0.9, 0.5, 0.2);
         let glass = |ior| Lobe::Dielectric(Dielectric { ior, tint });
         let pane = |ior| Lobe::ThinDielectric(ThinDielectric { ior, tint });
-        let mirror = Lobe::Mirror(Mirror { tint, two_sided: true });
+        let mirror = Lobe::Mirror(Mirror::plain(tint, true));
         let normals = Normals::flat(Vec3::Y);
         for lobe in [glass(1.5), glass(1.0), glass(0.7), pane(1.5), pane(1.0), mirror] {
             for (x, y) in [(0.0, 1.0), (0.5, 0.8), (0.99, 0.1), (0.3, -0.9), (0.9, -0.3)] {

@@ -32,7 +32,7 @@ impl Smooth for Dielectric {
         self.reflectance(cos_from, front) >= 1.0
     }
 
-    fn filters(&self) -> [Vec3; 2] {
+    fn filters(&self, _: f32) -> [Vec3; 2] {
         [Vec3::ONE, self.tint]
     }
 

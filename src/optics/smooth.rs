@@ -27,8 +27,9 @@ pub(super) trait Smooth {
         false
     }
 
-    /// Filters of reflected light and of light that went through, linear RGB.
-    fn filters(&self) -> [Vec3; 2];
+    /// Filters of reflected light and of light that went through, linear RGB; `cos_from` as above. That of reflected light is
+    /// the same both ways, since both make the same angle with the normal.
+    fn filters(&self, cos_from: f32) -> [Vec3; 2];
 
     /// What radiance that is gathered through the surface is multiplied by; `front` is the side of the eye.
     fn compression(&self, _front: bool) -> f32 {
@@ -143,11 +144,13 @@ pub(super) fn branches(
     transport: Transport,
 ) -> [Option<Sample>; 4] {
     let turning = Turning::new(lobe, normals, from);
-    let [reflected, through] = lobe.filters();
-    let filter = |turn| if turn == Turn::Reflected { reflected } else { through };
+    let filter = |way: Way| {
+        let [reflected, through] = lobe.filters(from.dot(turning.up(way.geometric)));
+        if way.turn == Turn::Reflected { reflected } else { through }
+    };
     let sample = |way: Way, factor: f32, whole: f32| Sample {
         to: way.to,
-        weight: factor * filter(way.turn),
+        weight: factor * filter(way),
         pdf: Pdf::Delta(way.share / whole),
         geometric: way.geometric,
     };

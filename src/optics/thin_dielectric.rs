@@ -28,7 +28,7 @@ impl Smooth for ThinDielectric {
         Some(-from)
     }
 
-    fn filters(&self) -> [Vec3; 2] {
+    fn filters(&self, _: f32) -> [Vec3; 2] {
         [Vec3::ONE, self.tint]
     }
 }

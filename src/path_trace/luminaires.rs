@@ -4,6 +4,7 @@ use crate::rays::{Hit, Segment};
 use crate::sampling::{Cumulative, warp};
 use crate::scene::{Luminaire, Parts, Scene, SurfacePoint, versine_between};
 use glam::Vec3;
+use std::f32::consts::TAU;
 
 /// The luminaires that can be connected to; the default has none, which leaves finding them to chance.
 #[derive(Default)]
@@ -14,6 +15,16 @@ pub(super) struct Luminaires {
     pdf_area: Vec<f32>,
     /// Of triangles that do not shine alike all over, the same for each part.
     of_parts: Parts<f32>,
+    /// The probability of choosing each of the scene's skies; none where nothing is connected to.
+    skies: Vec<f32>,
+}
+
+/// A luminaire at infinity from some direction.
+pub(super) struct Sky {
+    /// Its radiance, W m⁻² sr⁻¹.
+    pub light: Light,
+    /// Density in solid angle with which a connection would have led there; zero where none does.
+    pub pdf_solid_angle: f32,
 }
 
 /// A connection from a surface point to a luminaire, before anything is known about what lies between.
@@ -38,7 +49,7 @@ impl Luminaires {
             f64::from(if visible { power.total() } else { power.invisible.element_sum() })
         });
         let (choice, pdf_area) = (Cumulative::new(powers), vec![0.0; scene.mesh.triangles.len()]);
-        let mut luminaires = Self { choice, pdf_area, of_parts: Parts::default() };
+        let mut luminaires = Self { choice, pdf_area, of_parts: Parts::default(), skies: Vec::new() };
         let mut parts = Vec::new();
         for (index, luminaire) in scene.luminaires.iter().enumerate() {
             if let Luminaire::Triangle { triangle, part, area, .. } = *luminaire {
@@ -51,6 +62,9 @@ impl Luminaires {
             }
         }
         luminaires.of_parts = Parts::new(parts);
+        let probability =
+            |sky: Option<u32>| sky.map_or(0.0, |index| luminaires.probability(index as usize) as f32);
+        luminaires.skies = scene.lighting_skies().into_iter().map(probability).collect();
         luminaires
     }
 
@@ -68,6 +82,17 @@ impl Luminaires {
             _ => whole,
         };
         if pdf_area == 0.0 { 0.0 } else { pdf_area * (hit.t * hit.t / cos) }
+    }
+
+    /// What luminaires at infinity send from the unit vector `to`.
+    pub fn skies<'a>(&'a self, scene: &'a Scene, to: Vec3) -> impl Iterator<Item = Sky> + 'a {
+        scene.skies.iter().enumerate().filter_map(move |(i, luminaire)| {
+            let light = scene.radiance_from(luminaire, to);
+            let probability = self.skies.get(i).copied().unwrap_or(0.0);
+            let pdf =
+                || if probability == 0.0 { 0.0 } else { probability * pdf_of_sky(scene, luminaire, to) };
+            (!light.is_zero()).then(|| Sky { light, pdf_solid_angle: pdf() })
+        })
     }
 
     /// A connection from `at` to a random point of a random luminaire. None: dark from there.
@@ -104,6 +129,21 @@ impl Luminaires {
                 let light = (1.0 / probability) * irradiance;
                 Some(Connection { to, segment, light, pdf_solid_angle: None })
             }
+            Luminaire::Sun { direction, radiance, versine } => {
+                let [u, v] = numbers.next();
+                let to = warp::to_world(-direction, warp::off_z(versine * u, v));
+                let pdf_solid_angle = probability / (TAU * versine);
+                let segment = Segment::from_towards(at, to);
+                let light = (1.0 / pdf_solid_angle) * radiance;
+                Some(Connection { to, segment, light, pdf_solid_angle: Some(pdf_solid_angle) })
+            }
+            Luminaire::Environment { .. } => {
+                let (to, density) = scene.environment.as_ref()?.sample(numbers.next());
+                let pdf_solid_angle = probability * density;
+                let segment = Segment::from_towards(at, to);
+                let light = (1.0 / pdf_solid_angle) * scene.radiance_from(&scene.luminaires[index], to);
+                Some(Connection { to, segment, light, pdf_solid_angle: Some(pdf_solid_angle) })
+            }
             Luminaire::Point { position, .. }
             | Luminaire::Spot { position, .. }
             | Luminaire::Warn { position, .. } => {
@@ -122,6 +162,15 @@ impl Luminaires {
     fn probability(&self, index: usize) -> f64 {
         let total = self.choice.total();
         if total > 0.0 { self.choice.weight(index) / total } else { 0.0 }
+    }
+}
+
+/// Density in solid angle with which a connection to a luminaire at infinity leads to `to`, once it is chosen.
+fn pdf_of_sky(scene: &Scene, luminaire: &Luminaire, to: Vec3) -> f32 {
+    match (luminaire, &scene.environment) {
+        (Luminaire::Sun { versine, .. }, _) => 1.0 / (TAU * versine),
+        (Luminaire::Environment { .. }, Some(environment)) => environment.density(to),
+        _ => 0.0,
     }
 }
 
@@ -150,6 +199,9 @@ fn irradiance_from(luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
             };
             (angular / (a0 + a1 * distance + a2 * square)) * intensity
         }
-        Luminaire::Triangle { .. } | Luminaire::Directional { .. } => Light::ZERO,
+        Luminaire::Triangle { .. }
+        | Luminaire::Directional { .. }
+        | Luminaire::Sun { .. }
+        | Luminaire::Environment { .. } => Light::ZERO,
     }
 }

@@ -1,4 +1,4 @@
-use super::luminaires::Luminaires;
+use super::luminaires::{Luminaires, Sky};
 use super::numbers::Numbers;
 use super::population::{LONG, Population, unit_at_first};
 use super::reads::Reads;
@@ -211,8 +211,21 @@ impl<'a> Walk<'a> {
             }
             reads = reads.through(straight);
             if reads.is_zero() {
-                break;
+                return;
             }
+        }
+        self.escape(line, reads.filtered(left_of(absorption, f32::INFINITY)), reading);
+    }
+
+    /// A line that meets nothing more reads what shines at infinity.
+    fn escape<const N: usize>(&self, line: &Line<N>, reads: Reads<N>, reading: &mut Reading<N>) {
+        for Sky { light, pdf_solid_angle: by_connection } in self.luminaires.skies(self.scene, line.direction)
+        {
+            let weight = line.pdf_solid_angle.map_or(1.0, |by_chance| match by_connection {
+                0.0 => 1.0,
+                _ => power_heuristic(by_chance, by_connection),
+            });
+            reading.add(reads.scaled(weight), light, line.reflections);
         }
     }
 

@@ -51,10 +51,23 @@ impl Frame {
             Technique { paths, by, because: because.into() }
         };
         let classes = self.photons.as_ref().map(|photons| photons.classes).unwrap_or_default();
-        vec![
+        let starts = self.photons.as_ref().map(|photons| {
+            let (by, because) = match (&photons.starts, &photons.guide) {
+                (Some(starts), _) => {
+                    let gain = starts.gain();
+                    ("use", format!("they are {gain:.0} times as dense where what they bring is seen"))
+                }
+                (None, Some(_)) => ("use", "they are denser where caustics begin".into()),
+                (None, None) => ("power", "nearly all of it is of use".into()),
+            };
+            Technique { paths: "starts of photons", by, because }
+        });
+        let mut all = vec![
             direct,
             reflected("caustics", classes.caustic, "which alone find their way through mirrors and glass"),
             reflected("inter-reflection", classes.indirect, "from a map that all pixels share"),
-        ]
+        ];
+        all.extend(starts);
+        all
     }
 }

@@ -85,13 +85,7 @@ impl Flow {
 
 /// What a luminaire emits. Not by its power, which may underflow.
 pub(super) fn emission(luminaire: &Luminaire) -> Components {
-    Components::of(match *luminaire {
-        Luminaire::Triangle { emission, .. } => emission.radiance,
-        Luminaire::Point { intensity, .. }
-        | Luminaire::Spot { intensity, .. }
-        | Luminaire::Warn { intensity, .. } => intensity,
-        Luminaire::Directional { irradiance, .. } => irradiance,
-    })
+    Components::of(luminaire.light())
 }
 
 /// True when surfaces of `bsdf` let the halves in `set` through unchanged, and adds nothing to them.

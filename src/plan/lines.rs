@@ -124,24 +124,35 @@ pub(super) fn closed_form(
     omissions: &mut Vec<Omission>,
 ) -> Vec<u32> {
     let (_, others) = summed_and_others(scene);
-    let triangle = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Triangle { part: None, .. });
+    let even_sky = scene.environment.as_ref().is_some_and(|environment| environment.as_constant().is_some());
+    let has_form = |i: &u32| match scene.luminaires[*i as usize] {
+        Luminaire::Triangle { part: None, .. } => true,
+        Luminaire::Environment { .. } => even_sky,
+        _ => false,
+    };
     let lobes = || scene.materials.iter().flat_map(|material| &material.bsdf.terms).map(|term| &term.lobe);
     let asked = settings.direct == Direct::Connection && !settings.atlas;
     let fits = asked && (1..=CLOSED_FORMS).contains(&others.len());
     if settings.keeps(Omittable::LightSamples)
         || !fits
-        || !others.iter().all(triangle)
+        || !others.iter().all(has_form)
         || !lobes().any(Lobe::is_lambert)
     {
         return Vec::new();
     }
+    let triangles = others.iter().filter(|i| !scene.luminaires[**i as usize].is_sky()).count();
+    let sky = if triangles < others.len() { " and the even sky" } else { "" };
     let rest = match visibility {
         Visibility::Everywhere => "and nothing hides them: direct light has no noise",
         Visibility::Transmittance => "so only what hides them is found by connections",
     };
     omissions.push(Omittable::LightSamples.because(format!(
-        "on diffuse surfaces the irradiance of {} triangles of luminaires has a closed form (Lambert's), {rest}",
-        others.len()
+        "on diffuse surfaces the irradiance of {} has a closed form (Lambert's), {rest}",
+        if triangles == 0 {
+            "the even sky".into()
+        } else {
+            format!("{triangles} triangles of luminaires{sky}")
+        }
     )));
     others
 }

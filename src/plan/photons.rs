@@ -3,10 +3,11 @@
 use super::flow::Flow;
 use super::omission::{Omission, Omittable};
 use super::{Direct, Settings};
-use crate::emission::Guide;
+use crate::emission::{Guide, StartTree};
 use crate::existence::Existence;
 use crate::photon::PathClass;
 use crate::scene::Scene;
+use std::sync::Arc;
 
 /// Which classes of photons are deposited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,6 +71,8 @@ pub struct PhotonPlan {
     pub both_halves: bool,
     /// Where paths start denser than their power asks for, because caustics begin there.
     pub guide: Option<Guide>,
+    /// Where they start denser instead, where few of all are of use to the picture.
+    pub starts: Option<Arc<StartTree>>,
     /// Lines of one path after which fewer and fewer are born: no path goes on for ever.
     pub crowd: u32,
     /// What a path comes to in the mean, as far as a pilot can tell.
@@ -153,6 +156,7 @@ pub(super) fn photon_plan(
         most_orders: u8::MAX,
         both_halves,
         guide: None,
+        starts: None,
         crowd: u32::MAX,
         per_path: PerPath::default(),
     })

@@ -25,6 +25,8 @@ pub struct Settings {
     /// Truncates the series: no light that was reflected more often than this, the reflection towards the camera and
     /// delta lobes included. None: the whole series.
     pub max_reflections: Option<u32>,
+    /// Photons start in proportion to the light that luminaires send there, whatever becomes of it.
+    pub even_starts: bool,
     /// First gather radius of caustics where they are sharpest, in pixel footprints.
     pub caustic_radius: f32,
     /// First gather radius of inter-reflection (and of `--direct photons`) in pixel footprints.
@@ -106,6 +108,7 @@ impl Default for Settings {
             direct: Direct::Connection,
             invisible: false,
             max_reflections: None,
+            even_starts: false,
             caustic_radius: 2.0,
             indirect_radius: 7.0,
             keep_everything: false,

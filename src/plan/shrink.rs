@@ -159,13 +159,7 @@ fn drop_light(scene: &mut Scene, read: Components) -> Option<Omission> {
             kept if kept != emitted => dimmed += 1,
             _ => {}
         }
-        let light = match luminaire {
-            Luminaire::Triangle { emission, .. } => &mut emission.radiance,
-            Luminaire::Point { intensity, .. }
-            | Luminaire::Spot { intensity, .. }
-            | Luminaire::Warn { intensity, .. } => intensity,
-            Luminaire::Directional { irradiance, .. } => irradiance,
-        };
+        let light = luminaire.light_mut();
         *light = read.of_light(*light);
     }
     scene.luminaires.retain(|luminaire| emission(luminaire).any());

@@ -17,7 +17,7 @@ fn diffuse(albedo: Vec3) -> Lobe {
 }
 
 fn mirror(tint: Vec3) -> Lobe {
-    Lobe::Mirror(Mirror { tint, two_sided: false })
+    Lobe::Mirror(Mirror::plain(tint, false))
 }
 
 fn opaque(matrix: [[f32; 2]; 2]) -> Illumination {

@@ -4,7 +4,7 @@ use super::assembly::{Assembly, assemble};
 use super::centre::Eye;
 use super::check::check;
 use super::names::{listed, one_line};
-use super::{Camera, Illumination, Luminaire, Material, Scene, Shape};
+use super::{Camera, Environment, Illumination, Luminaire, Material, Scene, Shape};
 use crate::error::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -25,6 +25,8 @@ pub struct SceneBuilder {
     pub camera: Option<Camera>,
     /// The scene's default illumination. None: global.
     pub illumination: Option<Illumination>,
+    /// What shines from all around. None: nothing.
+    pub environment: Option<Environment>,
     /// The world position (m) that the scene calls zero. None: where f32 loses least of what the camera sees.
     pub origin: Option<DVec3>,
     /// What to tell whoever renders it, one line each.
@@ -41,6 +43,7 @@ impl SceneBuilder {
             luminaires: Vec::new(),
             camera: None,
             illumination: None,
+            environment: None,
             origin: None,
             notes: Vec::new(),
         }
@@ -56,6 +59,12 @@ impl SceneBuilder {
     #[must_use]
     pub fn illumination(self, illumination: Illumination) -> Self {
         Self { illumination: Some(illumination), ..self }
+    }
+
+    /// With light from all around.
+    #[must_use]
+    pub fn environment(self, environment: Environment) -> Self {
+        Self { environment: Some(environment), ..self }
     }
 
     /// With a zero (m, in the world) of your own choice.
@@ -76,7 +85,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds what shines without being a shape: point, spot, Warn and directional lights.
+    /// Adds what shines without being a shape: point, spot, Warn and directional lights, suns.
     pub fn luminaire(&mut self, luminaire: Luminaire) -> &mut Self {
         self.luminaires.push(luminaire);
         self
@@ -112,7 +121,10 @@ impl SceneBuilder {
                 Luminaire::Point { position, .. }
                 | Luminaire::Spot { position, .. }
                 | Luminaire::Warn { position, .. } => *position = local(*position),
-                Luminaire::Triangle { .. } | Luminaire::Directional { .. } => {}
+                Luminaire::Triangle { .. }
+                | Luminaire::Directional { .. }
+                | Luminaire::Sun { .. }
+                | Luminaire::Environment { .. } => {}
             }
         }
         assembly.luminaires.append(&mut self.luminaires);
@@ -126,6 +138,7 @@ impl SceneBuilder {
 
     /// The scene of what [`assemble`](Self::assemble) made, with all its luminaires, and a camera in its space.
     pub(super) fn finish(self, assembly: Assembly, camera: Camera) -> Scene {
+        let skies = assembly.luminaires.iter().filter(|luminaire| luminaire.is_sky()).copied().collect();
         let mut scene = Scene {
             name: self.name,
             mesh: assembly.mesh,
@@ -135,8 +148,14 @@ impl SceneBuilder {
             camera,
             origin: assembly.origin,
             illumination: self.illumination,
+            environment: None,
+            skies,
+            lit_by_studio: false,
             notes: self.notes,
         };
+        if let Some(environment) = self.environment {
+            scene.surround(environment);
+        }
         scene.resolve(None, &[]);
         scene
     }

@@ -8,6 +8,9 @@ use glam::{Vec3, Vec4};
 
 type Reason = String;
 
+/// The versine of 10⁻⁵ rad: below, directions in f32 are too coarse for a disk.
+const SMALLEST_SUN: f32 = 5e-11;
+
 /// All that can be wrong before anything is put together.
 pub(super) fn check(scene: &SceneBuilder, camera: &Camera) -> Result<(), Reason> {
     for material in &scene.materials {
@@ -31,7 +34,7 @@ fn check_material(material: &Material) -> Result<(), Reason> {
     for (share, lobe) in &material.lobes {
         let (colour, ior) = match lobe {
             Lobe::Diffuse(lobe) => (lobe.albedo, 1.0),
-            Lobe::Mirror(lobe) => (lobe.tint, 1.0),
+            Lobe::Mirror(lobe) => (lobe.tint.max(lobe.grazing), 1.0),
             Lobe::Dielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::ThinDielectric(lobe) => (lobe.tint, lobe.ior),
             Lobe::Glossy(lobe) => (lobe.f0.max(lobe.f90), 1.0),
@@ -176,6 +179,17 @@ fn check_luminaire(luminaire: &Luminaire) -> Result<(), Reason> {
             (position, Some(direction), intensity)
         }
         Luminaire::Directional { direction, irradiance } => (Vec3::ZERO, Some(direction), irradiance),
+        Luminaire::Sun { direction, radiance, versine } => {
+            if !(SMALLEST_SUN..=1.0).contains(&versine) {
+                return Err(format!(
+                    "its versine is {versine}; a sun's angular radius is from 1e-5 rad to a right angle: take parallel light"
+                ));
+            }
+            (Vec3::ZERO, Some(direction), radiance)
+        }
+        Luminaire::Environment { .. } => {
+            return Err("an environment is given to the builder as such; leave out this luminaire".into());
+        }
     };
     if !position.is_finite() {
         return Err("its position is not finite".into());

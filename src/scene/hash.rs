@@ -4,8 +4,8 @@
 use super::material::Follows;
 use super::texture::{Image, Sampler, Texture, Wrap};
 use super::{
-    Alpha, Anisotropy, Backs, Camera, Emission, Factor, Lens, Luminaire, Material, Mesh, NormalMap, Pbr,
-    Projection, Scene, SpotCone, Surface, VertexColours,
+    Alpha, Anisotropy, Background, Backs, Camera, Emission, Environment, Factor, Lens, Luminaire, Material,
+    Mesh, NormalMap, Pbr, Projection, Scene, SpotCone, Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
 use crate::optics::{
@@ -157,7 +157,6 @@ macro_rules! fields {
 
 fields! {
     // The default illumination has become the materials' matrices.
-    Scene { mesh, surfaces, materials, luminaires, camera; name, origin, illumination, notes }
     Surface { material, smooth, closed; name }
     Pbr {
         base, alpha, coverage, vertex_colours, metallic, roughness, metallic_roughness, specular, specular_colour,
@@ -186,6 +185,46 @@ fields! {
     Light { invisible, visible }
     SpotCone { inner, outer }
     Lens { radius, focus }
+}
+
+/// The default illumination has become the materials' matrices. That of a scene without an environment is what it was before there were any.
+impl Fields for Scene {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self {
+            mesh,
+            surfaces,
+            materials,
+            luminaires,
+            camera,
+            environment,
+            skies: _,
+            name: _,
+            origin: _,
+            illumination: _,
+            lit_by_studio: _,
+            notes: _,
+        } = self;
+        (mesh, (surfaces, (materials, (luminaires, camera)))).feed(fnv);
+        environment.iter().for_each(|environment| environment.feed(fnv));
+    }
+}
+
+impl Fields for Environment {
+    fn feed(&self, fnv: &mut Fnv) {
+        let (panorama, strength, turn, background) = self.parts();
+        (MORE, (strength, turn.to_cols_array())).feed(fnv);
+        match background {
+            Background::Same => 0_u32.feed(fnv),
+            Background::Black => 1_u32.feed(fnv),
+            Background::Colour(colour) => (2_u32, colour).feed(fnv),
+        }
+        (panorama.width(), panorama.height()).feed(fnv);
+        for y in 0..panorama.height() {
+            for texel in (0..panorama.width()).map(|x| panorama.at(x, y)) {
+                texel.to_array().into_iter().for_each(|x| fnv.word(u64::from(x.to_bits())));
+            }
+        }
+    }
 }
 
 impl Fields for Camera {
@@ -303,7 +342,9 @@ impl Fields for Lobe {
             Self::Diffuse(Diffuse { albedo, two_sided, under: Some(layers) }) => {
                 (5_u32, ((albedo, two_sided), layers)).feed(fnv);
             }
-            Self::Mirror(Mirror { tint, two_sided }) => (1_u32, (tint, two_sided)).feed(fnv),
+            Self::Mirror(Mirror { tint, grazing, two_sided }) => {
+                (1_u32, ((tint, grazing), two_sided)).feed(fnv);
+            }
             Self::Dielectric(Dielectric { ior, tint }) => (2_u32, (ior, tint)).feed(fnv),
             Self::ThinDielectric(ThinDielectric { ior, tint }) => (3_u32, (ior, tint)).feed(fnv),
             Self::Glossy(lobe) => (4_u32, lobe).feed(fnv),
@@ -333,6 +374,8 @@ impl Fields for Luminaire {
                 (3_u32, ((position, direction), (intensity, (exponent, attenuation)))).feed(fnv);
             }
             Self::Directional { direction, irradiance } => (4_u32, (direction, irradiance)).feed(fnv),
+            Self::Sun { direction, radiance, versine } => (5_u32, (direction, (radiance, versine))).feed(fnv),
+            Self::Environment { fluence } => (6_u32, fluence).feed(fnv),
         }
     }
 }

@@ -72,8 +72,7 @@ fn whatever_decides_the_picture_changes_the_hash() {
         |s| s.materials[0].bsdf.terms.clear(),
         |s| s.materials[0].bsdf.terms[0].coefficient.inv_vis = 1.0,
         |s| {
-            s.materials[0].bsdf.terms[0].lobe =
-                Lobe::Mirror(Mirror { tint: Vec3::splat(0.5), two_sided: false });
+            s.materials[0].bsdf.terms[0].lobe = Lobe::Mirror(Mirror::plain(Vec3::splat(0.5), false));
         },
         |s| {
             s.materials[0].bsdf.terms[0].lobe =

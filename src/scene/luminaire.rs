@@ -20,10 +20,7 @@ impl Emission {
 
     /// With what there is at a point of it, as far as it shines in the same components.
     pub(super) fn with(self, there: Light) -> Self {
-        let kept = |own: Vec3, there: Vec3| Vec3::select(own.cmpgt(Vec3::ZERO), there, Vec3::ZERO);
-        let Light { invisible, visible } = self.radiance;
-        let radiance = Light::new(kept(invisible, there.invisible), kept(visible, there.visible));
-        Self { radiance, ..self }
+        Self { radiance: there.kept_where(self.radiance), ..self }
     }
 }
 
@@ -80,6 +77,20 @@ pub enum Luminaire {
         /// On a surface that faces it, W m⁻².
         irradiance: Light,
     },
+    /// A disk at infinity, alike all over.
+    Sun {
+        /// Unit vector along which light from its middle travels.
+        direction: Vec3,
+        /// W m⁻² sr⁻¹.
+        radiance: Light,
+        /// Versine (1 − cos) of its angular radius.
+        versine: f32,
+    },
+    /// The scene's [`Environment`](super::Environment).
+    Environment {
+        /// ∫ L dω over all directions, W m⁻².
+        fluence: Light,
+    },
 }
 
 /// The angular profile of a glTF spot: full inside its core, none outside the cone, the square of a linear ramp in the
@@ -102,6 +113,11 @@ impl SpotCone {
     /// From the cosines of those angles: 1 ≥ `inner` ≥ `outer` ≥ 0.
     pub fn of_cosines(inner: f32, outer: f32) -> Self {
         Self { inner: 1.0 - inner, outer: 1.0 - outer }
+    }
+
+    /// The versines of its core and of the whole cone.
+    pub(crate) fn versines(&self) -> (f32, f32) {
+        (self.inner, self.outer)
     }
 
     /// Profile at `versine` from the axis, in [0, 1].
@@ -162,7 +178,52 @@ impl Luminaire {
                 (directions * warn_falloff(attenuation, scene_radius)) * intensity
             }
             Self::Directional { irradiance, .. } => (PI * scene_radius * scene_radius) * irradiance,
+            Self::Sun { radiance, versine, .. } => {
+                (PI * scene_radius * scene_radius * TAU * versine) * radiance
+            }
+            Self::Environment { fluence } => (PI * scene_radius * scene_radius) * fluence,
         }
+    }
+
+    /// A sun of this angular radius (rad, up to π/2) that brings as much light to a surface that faces it as a
+    /// [`Directional`](Self::Directional) light of this irradiance.
+    pub fn sun(direction: Vec3, irradiance: Light, angular_radius: f32) -> Self {
+        let angle = f64::from(angular_radius);
+        // ∫ cos θ dω = π sin².
+        let over = 1.0 / (std::f64::consts::PI * angle.sin().powi(2));
+        let versine = 2.0 * (0.5 * angle).sin().powi(2);
+        Self::Sun { direction, radiance: over as f32 * irradiance, versine: versine as f32 }
+    }
+
+    /// What shines, in the unit of the luminaire's own kind: radiance, intensity, irradiance or fluence.
+    pub(crate) fn light(&self) -> Light {
+        match *self {
+            Self::Triangle { emission, .. } => emission.radiance,
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Warn { intensity, .. } => {
+                intensity
+            }
+            Self::Directional { irradiance, .. } => irradiance,
+            Self::Sun { radiance, .. } => radiance,
+            Self::Environment { fluence } => fluence,
+        }
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn light_mut(&mut self) -> &mut Light {
+        match self {
+            Self::Triangle { emission, .. } => &mut emission.radiance,
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Warn { intensity, .. } => {
+                intensity
+            }
+            Self::Directional { irradiance, .. } => irradiance,
+            Self::Sun { radiance, .. } => radiance,
+            Self::Environment { fluence } => fluence,
+        }
+    }
+
+    /// True where it is seen by who meets nothing else.
+    pub fn is_sky(&self) -> bool {
+        matches!(self, Self::Sun { .. } | Self::Environment { .. })
     }
 
     /// True for a spot so narrow that what it lights is less than a pixel of most pictures.
@@ -181,7 +242,7 @@ impl Luminaire {
 
     /// True for luminaires that no ray can hit.
     pub fn is_delta(&self) -> bool {
-        !matches!(self, Self::Triangle { .. })
+        !matches!(self, Self::Triangle { .. } | Self::Sun { .. } | Self::Environment { .. })
     }
 }
 

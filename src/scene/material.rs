@@ -131,9 +131,14 @@ impl Material {
         Self::new(name, Lobe::Diffuse(Diffuse { albedo, two_sided: false, under: None }))
     }
 
-    /// A smooth mirror, one-sided, that keeps `tint` in [0, 1] of what it meets.
+    /// A smooth mirror, one-sided, that keeps `tint` in [0, 1] of what it meets at all angles.
     pub fn mirror(name: impl Into<String>, tint: Vec3) -> Self {
-        Self::new(name, Lobe::Mirror(Mirror { tint, two_sided: false }))
+        Self::new(name, Lobe::Mirror(Mirror::plain(tint, false)))
+    }
+
+    /// Polished metal, one-sided, that keeps `base` in [0, 1] of what it meets face on, and all of what grazes it.
+    pub fn metal(name: impl Into<String>, base: Vec3) -> Self {
+        Self::new(name, Lobe::Mirror(Mirror::metal(base, false)))
     }
 
     /// Clear glass, for shapes that enclose a volume; `ior` is above 0, 1.5 for window glass.
@@ -234,6 +239,11 @@ impl Material {
     /// True for matter that light does not notice: it neither shines nor reflects and lets all light straight through.
     pub fn is_nothing(&self) -> bool {
         self.emission.is_none() && self.bsdf.straight == Matrix::IDENTITY && self.bsdf.terms.is_empty()
+    }
+
+    /// True where it reflects some of the visible half of light that arrives.
+    pub(super) fn reads_visible(&self) -> bool {
+        self.bsdf.terms.iter().any(|term| term.coefficient.rows().iter().any(|[_, visible]| *visible != 0.0))
     }
 
     /// Sets `bsdf`: `chosen` (command line) over the own extras over `around` (the scene's).

@@ -60,6 +60,7 @@ mod uneven;
 
 pub use build::SceneBuilder;
 pub use camera::{Camera, Lens, Projection, View};
+pub use environment::{Background, Environment, Surroundings};
 pub(crate) use hash::Fnv;
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
@@ -75,7 +76,8 @@ pub use shape::Shape;
 pub use texture::Inputs;
 
 use crate::error::{Error, Result};
-use glam::DVec3;
+use crate::light::Light;
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -99,6 +101,12 @@ pub struct Scene {
     pub origin: DVec3,
     /// The scene's own default illumination (glTF scene extras), if it has one.
     pub illumination: Option<Illumination>,
+    /// What shines from all around, which is one of the luminaires as far as it is of use to anything that reflects.
+    pub environment: Option<Arc<Environment>>,
+    /// What a line sees that meets nothing else: the luminaires at infinity, also those that light nothing.
+    pub skies: Vec<Luminaire>,
+    /// Nothing in its file lights it, so that the built-in studio does.
+    pub lit_by_studio: bool,
     /// What the loader has to tell the user, one line each.
     pub notes: Vec<String>,
 }
@@ -117,6 +125,8 @@ pub struct Choice {
     pub variant: Option<String>,
     /// More triangles than this, every instance counted, are refused before anything of the file is built.
     pub max_triangles: u64,
+    /// What is around it, over what its file says.
+    pub around: Surroundings,
     /// A scene in which nothing emits light is taken, with a note, by who wants to know what is in it.
     pub dark: bool,
 }
@@ -129,6 +139,7 @@ impl Default for Choice {
             pose: None,
             variant: None,
             max_triangles: MAX_TRIANGLES,
+            around: Surroundings::default(),
             dark: false,
         }
     }
@@ -186,12 +197,12 @@ impl Scene {
     pub fn load_chosen(path: impl AsRef<Path>, choice: &Choice) -> Result<Loaded> {
         let path = path.as_ref();
         match path.to_str().and_then(|p| p.strip_prefix("builtin:")) {
-            Some(name) if choice.is_empty() => Ok(Loaded {
-                scene: builtin::scene(name)?,
-                files: Vec::new(),
-                variants: Vec::new(),
-                animations: Vec::new(),
-            }),
+            Some(name) if choice.is_empty() => {
+                let mut scene = builtin::scene(name)?;
+                scene.put_into(&choice.around, None)?;
+                let files = choice.around.file().map(Path::to_owned).into_iter().collect();
+                Ok(Loaded { scene, files, variants: Vec::new(), animations: Vec::new() })
+            }
             Some(name) => {
                 let only = "a built-in scene is one scene with one camera at rest; leave out --scene, --camera, --pose and \
                             --variant";
@@ -226,11 +237,59 @@ impl Scene {
         Ok(())
     }
 
+    /// Puts it into an environment, one for another.
+    pub fn surround(&mut self, environment: Environment) {
+        let other = |luminaire: &Luminaire| !matches!(luminaire, Luminaire::Environment { .. });
+        self.luminaires.retain(other);
+        self.skies.retain(other);
+        let fluence = environment.fluence();
+        if !fluence.is_zero() {
+            self.luminaires.push(Luminaire::Environment { fluence });
+            self.skies.push(Luminaire::Environment { fluence });
+        }
+        self.environment = Some(Arc::new(environment));
+    }
+
+    /// Which of the luminaires each of the [`skies`](Self::skies) is, by index. None: it lights nothing.
+    pub fn lighting_skies(&self) -> Vec<Option<u32>> {
+        let same = |a: &Luminaire, b: &Luminaire| match (a, b) {
+            (Luminaire::Environment { .. }, Luminaire::Environment { .. }) => true,
+            (
+                Luminaire::Sun { direction: a, versine: v, .. },
+                Luminaire::Sun { direction: b, versine: w, .. },
+            ) => (a, v) == (b, w),
+            _ => false,
+        };
+        let index = |sky| self.luminaires.iter().position(|luminaire| same(sky, luminaire)).map(|i| i as u32);
+        self.skies.iter().map(index).collect()
+    }
+
+    /// What a luminaire at infinity radiates from the unit vector `to`, W m⁻² sr⁻¹: an environment in the components that the
+    /// luminaire shines in.
+    pub fn radiance_from(&self, luminaire: &Luminaire, to: Vec3) -> Light {
+        match luminaire {
+            Luminaire::Environment { fluence } => self
+                .environment
+                .as_ref()
+                .map_or(Light::ZERO, |environment| environment.radiance(to).kept_where(*fluence)),
+            Luminaire::Sun { direction, radiance, versine }
+                if versine_between(to, -*direction) <= *versine =>
+            {
+                *radiance
+            }
+            _ => Light::ZERO,
+        }
+    }
+
     fn resolve(&mut self, asked: Option<Illumination>, set: &[(String, Illumination)]) {
         let around = asked.or(self.illumination).unwrap_or(Illumination::GLOBAL);
         for material in &mut self.materials {
             let chosen = set.iter().rev().find(|(name, _)| name == "*" || *name == material.name);
             material.resolve(around, chosen.map(|(_, illumination)| *illumination));
+        }
+        let reads_visible = self.materials.iter().any(Material::reads_visible);
+        if let Some(environment) = &mut self.environment {
+            Arc::make_mut(environment).visible_lights(reads_visible);
         }
     }
 
@@ -299,9 +358,10 @@ impl Scene {
         images
     }
 
-    /// What they take in memory.
+    /// What they take in memory, and the environment.
     pub fn image_bytes(&self) -> usize {
-        self.images().iter().map(|image| image.bytes()).sum()
+        let environment = self.environment.as_ref().map_or(0, |environment| environment.bytes());
+        self.images().iter().map(|image| image.bytes()).sum::<usize>() + environment
     }
 
     /// The surface that a triangle belongs to.
@@ -317,7 +377,7 @@ impl Scene {
     }
 
     /// Centre and radius of the bounding sphere of all triangles; a point at zero where there are none.
-    pub fn bounding_sphere(&self) -> (glam::Vec3, f32) {
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
         let (min, max) = self.mesh.bounds();
         let centre = 0.5 * (min + max);
         let radius = self.mesh.positions.iter().map(|p| p.distance(centre)).fold(0.0, f32::max);

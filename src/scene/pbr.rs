@@ -561,7 +561,7 @@ impl Pbr {
         });
         let glossy = Glossy::new(f0, f90, self.alphas(at), at.tangent, two_sided);
         let mirror = match facets {
-            Facets::Mirror => Lobe::Mirror(Mirror { tint: at.base, two_sided }),
+            Facets::Mirror => Lobe::Mirror(Mirror::metal(at.base, two_sided)),
             Facets::Smooth | Facets::Rough => Lobe::Glossy(Glossy { film, under: above, ..glossy }),
         };
         // Glass has no layer above it in its lobe: it gets what one lets through on the average.

@@ -15,7 +15,8 @@ const LESSON_REFLECTIONS: u32 = 8;
 
 /// Learns which starts end in caustics that are deposited. None: no path does, and there is nothing to guide.
 pub fn learn_guide(plan: &Plan, frame: &Frame) -> Option<Guide> {
-    let photons = frame.photons.as_ref().filter(|photons| photons.classes.caustic)?;
+    let photons =
+        frame.photons.as_ref().filter(|photons| photons.classes.caustic && !plan.settings.even_starts)?;
     let most = photons.max_reflections.min(LESSON_REFLECTIONS);
     let photons = &PhotonPlan { max_reflections: most, ..photons.clone() };
     let emitters = Emitters::<Light>::new(&plan.scene)?;

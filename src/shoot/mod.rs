@@ -2,9 +2,11 @@
 //! by chance, and sent straight on.
 
 mod crowd;
+mod importance;
 mod lessons;
 mod levels;
 
+pub use importance::learn_starts;
 pub use lessons::learn_guide;
 
 use crate::emission::{Beam, Emitted, Emitters, Falloff};
@@ -56,9 +58,10 @@ pub fn shoot<P: Power>(plan: &Plan, frame: &Frame, pass: u32) -> Photons<P> {
                 let rng = Rng::new(seed, Stream::Shoot, pass, u64::from(path));
                 let u = sobol.point(path, 0);
                 walk.follow(
-                    match &photon_plan.guide {
-                        Some(guide) => emitters.emit_guided(paths, u, guide),
-                        None => emitters.emit(paths, u),
+                    match (&photon_plan.starts, &photon_plan.guide) {
+                        (Some(starts), _) => emitters.emit_by_use(paths, u, starts),
+                        (None, Some(guide)) => emitters.emit_guided(paths, u, guide),
+                        (None, None) => emitters.emit(paths, u),
                     },
                     rng,
                 );

@@ -239,7 +239,7 @@ fn ball(build: &mut Build, around: u32, down: u32, material: u32) {
 }
 
 fn facets(_: Effort) -> Vec<Check> {
-    let mirror = Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false });
+    let mirror = Lobe::Mirror(Mirror::plain(Vec3::ONE, false));
     let one = |what: &str, lobe: Lobe, around: u32, down: u32| {
         let camera = look(Vec3::new(0.3, 0.5, 3.0), Vec3::ZERO, 0.7);
         let mut build = Build::new(Illumination::GLOBAL, camera);
@@ -260,7 +260,7 @@ fn facets(_: Effort) -> Vec<Check> {
 
 fn hall(_: Effort) -> Vec<Check> {
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.1, -0.2, 1.5), Vec3::ZERO, 1.0));
-    let wall = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    let wall = build.material("Mirror", Lobe::Mirror(Mirror::plain(Vec3::ONE, false)));
     build.room(Vec3::splat(-2.0), Vec3::splat(2.0), wall);
     let lamp = build.glowing(0.0, 1.0);
     let (min, size) = (Vec3::new(-0.1, -0.2, -0.15), Vec3::splat(0.6));

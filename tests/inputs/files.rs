@@ -31,7 +31,7 @@ fn gallery_has_all_its_facts() {
 
     assert_eq!(only_lobe(&scene, "Glass"), Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
     let gold = Vec3::new(1.0, 0.71, 0.29);
-    assert_eq!(only_lobe(&scene, "Gold"), Lobe::Mirror(Mirror { tint: gold, two_sided: false }));
+    assert_eq!(only_lobe(&scene, "Gold"), Lobe::Mirror(Mirror::metal(gold, false)));
     let [(1.0, Lobe::Glossy(_)), (1.0, Lobe::Diffuse(red))] = material(&scene, "Red").lobes[..] else {
         panic!("not diffuse under a clear layer")
     };
@@ -71,7 +71,7 @@ fn peer_box_is_read_without_a_word() {
     println!("{:#?}", scene.notes);
     assert_eq!(scene.notes, ["solid glass: GlassSphere (Glass)"]);
     assert_eq!(only_lobe(&scene, "Glass"), Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
-    assert_eq!(only_lobe(&scene, "Mirror"), Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    assert_eq!(only_lobe(&scene, "Mirror"), Lobe::Mirror(Mirror::plain(Vec3::ONE, false)));
     assert_eq!(scene.illumination, None);
     assert_eq!(scene.materials[0].resolved(), "global");
     assert_eq!(scene.mesh.triangles.len(), 2 * 195_072 / 3 + 12);

@@ -222,7 +222,7 @@ fn shares_of_metal_and_glass_and_the_roughness_are_the_stored_numbers() {
     let material = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 0 } },
         "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } });
     let (half, _) = first(with_images(material, &[png(&[[9, 0, 255], [9, 0, 0]])]));
-    let mirror = (1.0, Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: false }));
+    let mirror = (1.0, Lobe::Mirror(Mirror::plain(Vec3::ONE, false)));
     let white = (1.0, Lobe::Diffuse(Diffuse { albedo: Vec3::ONE, two_sided: false, under: None }));
     assert_eq!(half.lobes[..2], [mirror, white], "what may occur");
     let lobes = |i: u32| pattern(&half).lobes(&middle(i, 2)).collect::<Vec<_>>();

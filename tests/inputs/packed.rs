@@ -194,6 +194,22 @@ fn primitives_packed_by_draco_unpack_to_the_same_scene() {
 }
 
 #[test]
+fn packed_strips_are_the_faces_that_are_packed() {
+    let plain = facets(&Small::new().good());
+    let mode = |mode: u32| by_draco().with("/meshes/0/primitives/0/mode", json!(mode));
+    let strip = mode(5).good();
+    assert!(strip.notes.is_empty(), "{:?}", strip.notes);
+    assert_eq!(facets(&strip), plain);
+    assert_eq!(strip.mesh.triangles.len(), plain.len());
+    // A strip of four faces has six corners.
+    assert_eq!(facets(&mode(5).with("/accessors/2/count", json!(6)).good()), plain);
+    let fan = mode(6).error();
+    assert!(fan.contains("mesh `Tetra`") && fan.contains("a triangle fan packed by"), "{fan}");
+    // Lines are no surface, packed or not.
+    assert_eq!(facets(&mode(1).good()).len(), 2);
+}
+
+#[test]
 fn what_is_wrong_with_a_packed_primitive_is_told() {
     let at = format!("/meshes/0/primitives/0/extensions/{DRACO}");
     let expect = |small: Small, needle: &str| {

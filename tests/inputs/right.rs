@@ -86,7 +86,7 @@ fn shares_of_lobes_follow_the_metallic_roughness_model() {
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
     let (found, _) =
         lobes(json!({ "pbrMetallicRoughness": { "baseColorFactor": base, "roughnessFactor": 0 } }));
-    assert_eq!(found, [(1.0, Lobe::Mirror(Mirror { tint: colour, two_sided: false }))]);
+    assert_eq!(found, [(1.0, Lobe::Mirror(Mirror::metal(colour, false)))]);
     let (found, _) = lobes(json!({ "pbrMetallicRoughness": { "baseColorFactor": base, "metallicFactor": 0 },
         "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } }));
     assert_eq!(found, [(1.0, diffuse(false))]);

@@ -117,7 +117,7 @@ fn in_blocks(estimate: &Estimate, shared: bool) -> Estimate {
 
 /// True where light can be found by chance: no luminaire is without extent.
 fn can_be_found(scene: &Scene) -> bool {
-    scene.luminaires.iter().all(|luminaire| matches!(luminaire, Luminaire::Triangle { .. }))
+    !scene.luminaires.iter().any(Luminaire::is_delta)
 }
 
 fn scaled(estimate: &Estimate, factor: f32) -> Estimate {
@@ -133,7 +133,7 @@ pub fn must_agree(name: &str, scene: &Scene, direct: Direct) {
 
 /// The same in so many passes.
 #[track_caller]
-fn must_agree_in(passes: u32, name: &str, scene: &Scene, direct: Direct) {
+pub fn must_agree_in(passes: u32, name: &str, scene: &Scene, direct: Direct) {
     let number = name.bytes().fold(0, |number: u64, byte| 31 * number + u64::from(byte));
     let shot = shot(&somewhere(scene, number), direct, passes);
     let traced_by = |method, number| (method, traced(&somewhere(scene, number), method, passes));
@@ -237,7 +237,7 @@ pub fn mixed(mirror: bool, glass: bool) -> Build {
         build.quad(-axis - next - last, 2.0 * next, 2.0 * last, white);
     }
     if mirror {
-        let lobe = Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false });
+        let lobe = Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.8, 0.7), false));
         let ball = build.material("Mirror", lobe);
         build.sphere(Vec3::new(-0.45, -0.5, 0.0), 0.4, (48, 24), false, ball);
     }
@@ -265,10 +265,7 @@ fn with_facets_that_are_shaded_smooth() {
     // Balls of so few facets that much of what is seen of them is seen askew.
     let mut build = mixed(false, false);
     let lobes = [
-        (
-            Vec3::new(-0.5, -0.5, 0.0),
-            Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.8, 0.7), two_sided: false }),
-        ),
+        (Vec3::new(-0.5, -0.5, 0.0), Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.8, 0.7), false))),
         (
             Vec3::new(0.5, -0.45, 0.2),
             Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::new(0.9, 1.0, 0.95) }),
@@ -283,7 +280,7 @@ fn with_facets_that_are_shaded_smooth() {
 }
 
 /// Balls in the corners of the mixed box.
-fn four_balls(build: &mut Build, materials: [Material; 4]) {
+pub fn four_balls(build: &mut Build, materials: [Material; 4]) {
     let centres = [[-0.5, -0.5, 0.1], [0.5, -0.5, 0.1], [-0.5, 0.4, -0.2], [0.5, 0.4, -0.2]];
     for (material, centre) in materials.into_iter().zip(centres) {
         let ball = build.0.material(material);

@@ -89,7 +89,7 @@ fn balls_of_few_facets_lose_nothing_however_they_are_shaded() {
     for (name, lobe) in [
         ("glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint })),
         ("pane", Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint })),
-        ("mirror", Lobe::Mirror(Mirror { tint, two_sided: false })),
+        ("mirror", Lobe::Mirror(Mirror::plain(tint, false))),
         ("white", Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false, under: None })),
     ] {
         for method in [Method::Photon, Method::Path] {

@@ -116,8 +116,8 @@ fn light_that_goes_to_and_fro_has_the_geometric_mean() {
     // Two facing plates, of which each reflects to the other alone: single generations alternate for ever.
     let camera = look(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO);
     let mut build = Build::new(Illumination::GLOBAL, camera);
-    let lower = build.material("Lower", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
-    let upper = build.material("Upper", Lobe::Mirror(Mirror { tint: Vec3::splat(0.1), two_sided: false }));
+    let lower = build.material("Lower", Lobe::Mirror(Mirror::plain(Vec3::splat(0.9), false)));
+    let upper = build.material("Upper", Lobe::Mirror(Mirror::plain(Vec3::splat(0.1), false)));
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, lower);
     build.quad(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, upper);
     let irradiance = halflight::light::Light::both(Vec3::ONE);

@@ -15,7 +15,7 @@ fn mixed_scene() -> Scene {
     let floor = build.material("Floor", diffuse(0.7));
     let lamp = build.material("Lamp", diffuse(0.2));
     let glass = build.material("Glass", Lobe::Dielectric(Dielectric { ior: 1.5, tint: Vec3::ONE }));
-    let mirror = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: true }));
+    let mirror = build.material("Mirror", Lobe::Mirror(Mirror::plain(Vec3::splat(0.9), true)));
     build.0.materials[lamp as usize].emission = glow(3.0);
     build.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, floor);
     build.quad(Vec3::new(-0.5, 3.0, -0.5), Vec3::X, Vec3::Z, lamp);

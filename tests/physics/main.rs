@@ -10,6 +10,7 @@ mod atlas;
 mod determinism;
 mod emission;
 mod emissive;
+mod environment;
 mod extremes;
 mod furnace;
 mod glass;

@@ -10,7 +10,7 @@ use halflight::scene::{Camera, Illumination, Luminaire, Projection, Scene, SpotC
 use halflight::shoot::shoot;
 
 fn mirror(tint: f32) -> Lobe {
-    Lobe::Mirror(Mirror { tint: Vec3::splat(tint), two_sided: false })
+    Lobe::Mirror(Mirror::plain(Vec3::splat(tint), false))
 }
 
 /// Two mirrors at 45° make a periscope: light that comes down at x = 0 goes along +x and down again at x = 2.

@@ -5,10 +5,11 @@
 
 use crate::area_light::corner_form_factor;
 use crate::support::{Build, diffuse, glow, look, measure, small};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3, Mat3, Vec3};
 use halflight::plan::{Method, Settings};
 use halflight::sampling::{Rng, Stream};
 use halflight::scene::{Illumination, Luminaire, Projection, Scene};
+use std::sync::Arc;
 
 /// `scene` turned, then made `scale` times as large, so that `centre` of it comes to lie at zero. Radiance stays as it is.
 pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
@@ -28,7 +29,11 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
     if let Some(lens) = &mut camera.lens {
         (lens.radius, lens.focus) = (size * lens.radius, size * lens.focus);
     }
-    for luminaire in &mut scene.luminaires {
+    let by = Mat3::from_quat(turn.as_quat());
+    if let Some(environment) = &mut scene.environment {
+        *environment = Arc::new(environment.turned(by));
+    }
+    for luminaire in scene.luminaires.iter_mut().chain(&mut scene.skies) {
         match luminaire {
             Luminaire::Triangle { area, .. } => *area *= size * size,
             Luminaire::Point { position, intensity } => {
@@ -43,6 +48,8 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
                 (*a1, *a2) = (*a1 / size, *a2 / (size * size));
             }
             Luminaire::Directional { direction, .. } => *direction = turned(*direction),
+            Luminaire::Sun { direction, .. } => *direction = turned(*direction).normalize(),
+            Luminaire::Environment { .. } => {}
             _ => unreachable!("a luminaire that this does not know how to move"),
         }
     }

@@ -237,7 +237,7 @@ fn a_material_that_no_triangle_has() {
     let (mut build, floor) = floor(GLOBAL);
     lamp(&mut build, Vec3::new(0.5, 1.5, 0.0), WHITE);
     // It would carry both halves, split lines, and cast no shadow.
-    let unused = build.material("Unused", Lobe::Mirror(Mirror { tint: Vec3::ONE, two_sided: true }));
+    let unused = build.material("Unused", Lobe::Mirror(Mirror::plain(Vec3::ONE, true)));
     build.0.materials[unused as usize].illumination = own([[0.5, 0.5], [0.5, 0.5]], Matrix::IDENTITY);
     let wall = build.material("Wall", diffuse(0.5));
     build.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, wall);
@@ -333,7 +333,7 @@ fn a_mirror_that_sees_a_local_surface() {
     // The camera sees nothing but a whitted mirror, in it a local floor, and on that what a global ball sends down.
     let mut build = Build::new(LOCAL, look(Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 2.0, 0.1)));
     build.yfov(0.5);
-    let mirror = build.material("Mirror", Lobe::Mirror(Mirror { tint: Vec3::splat(0.9), two_sided: false }));
+    let mirror = build.material("Mirror", Lobe::Mirror(Mirror::plain(Vec3::splat(0.9), false)));
     build.0.materials[mirror as usize].illumination = Some(Illumination::Whitted);
     build.quad(Vec3::new(-1.0, 2.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, mirror);
     let floor = build.material("Floor", diffuse(0.5));
@@ -381,7 +381,7 @@ fn a_lamp_behind_glass() {
 fn two_mirrors() -> Scene {
     let mut build = Build::new(ONE_BOUNCE, look(Vec3::new(2.0, 0.5, 3.0), Vec3::new(2.0, -2.0, 0.0)));
     build.yfov(0.5);
-    let mirror = |tint| Lobe::Mirror(Mirror { tint: Vec3::splat(tint), two_sided: false });
+    let mirror = |tint| Lobe::Mirror(Mirror::plain(Vec3::splat(tint), false));
     let (first, second) = (build.material("First", mirror(0.8)), build.material("Second", mirror(0.5)));
     build.0.materials[first as usize].illumination = own([[0.0, 0.0], [1.0, 0.0]], Matrix::ZERO);
     build.0.materials[second as usize].illumination = own([[0.0, 1.0], [0.0, 0.0]], Matrix::ZERO);
@@ -505,14 +505,13 @@ fn glass_that_sends_on_a_colour_that_nothing_reads() {
         two_sided: false,
         under: None,
     });
-    let red =
-        build.material("Red", Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.0, 0.0), two_sided: false }));
+    let red = build.material("Red", Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.0, 0.0), false)));
     build.0.materials[red as usize].illumination = Some(GLOBAL);
     build.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, red);
     lamp(&mut build, Vec3::new(0.0, 1.0, 0.0), WHITE);
     let mut scene = build.finish();
     exact("red mirror", &scene, Omittable::Photons, Alike::Bits, &settings());
-    let purple = Lobe::Mirror(Mirror { tint: Vec3::new(0.9, 0.0, 0.9), two_sided: false });
+    let purple = Lobe::Mirror(Mirror::plain(Vec3::new(0.9, 0.0, 0.9), false));
     scene.materials[red as usize].lobes[0].1 = purple;
     scene.illuminate(None, &[]).expect("no names");
     assert!(Plan::new(scene, settings()).photons.is_some_and(|photons| photons.classes.caustic));

@@ -21,7 +21,8 @@ fn lobe() -> impl Strategy<Value = Lobe> {
             two_sided,
             under: None
         })),
-        (tint(), any::<bool>()).prop_map(|(tint, two_sided)| Lobe::Mirror(Mirror { tint, two_sided })),
+        (tint(), any::<bool>()).prop_map(|(tint, two_sided)| Lobe::Mirror(Mirror::plain(tint, two_sided))),
+        (tint(), any::<bool>()).prop_map(|(base, two_sided)| Lobe::Mirror(Mirror::metal(base, two_sided))),
         (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::Dielectric(Dielectric { ior, tint })),
         (tint(), 0.25_f32..4.0).prop_map(|(tint, ior)| Lobe::ThinDielectric(ThinDielectric { ior, tint })),
     ]
@@ -177,7 +178,8 @@ proptest! {
         prop_assume!(from.z.abs() > 0.05);
         let tint = Vec3::splat(tint);
         for (lobe, eta) in [
-            (Lobe::Mirror(Mirror { tint, two_sided: true }), 1.0),
+            (Lobe::Mirror(Mirror::plain(tint, true)), 1.0),
+            (Lobe::Mirror(Mirror::metal(tint, true)), 1.0),
             (Lobe::Dielectric(Dielectric { ior, tint }), ior),
             (Lobe::ThinDielectric(ThinDielectric { ior, tint }), 1.0),
         ] {
@@ -214,10 +216,38 @@ fn askew() -> impl Strategy<Value = Normals> {
     })
 }
 
+#[test]
+fn metal_reflects_by_schlick_and_has_no_cliff_to_what_is_nearly_smooth() {
+    let gold = Vec3::new(1.0, 0.71, 0.29);
+    let smooth = Lobe::Mirror(Mirror::metal(gold, true));
+    let rough = Lobe::Glossy(Glossy::new(gold, Vec3::ONE, [1e-6; 2], Vec3::X, true));
+    let normals = Normals::flat(Vec3::Z);
+    let (n, mut average) = (2000, Vec3::ZERO);
+    for i in 0..n {
+        let cos = ((i as f32 + 0.5) / n as f32).sqrt();
+        for side in [1.0, -1.0] {
+            let from = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, side * cos);
+            let [shot, gathered] = [Transport::Shooting, Transport::Gathering]
+                .map(|way| smooth.sample(&normals, from, way, [0.5; 3]).expect("reflected").weight);
+            let expected = gold + (1.0 - gold) * (1.0 - cos).powi(5);
+            assert!((shot - expected).abs().max_element() < 1e-6 && shot == gathered, "{cos}: {shot}");
+            assert!((smooth.share(&normals, from) - shot).abs().max_element() < 1e-6);
+            // The facet in the middle of all, and what is lost between facets.
+            let nearly = rough.sample(&normals, from, Transport::Gathering, [0.5, 0.0, 0.9]);
+            let nearly = nearly.expect("reflected").weight;
+            assert!((nearly - shot).abs().max_element() < 2e-3, "{cos}: {nearly} for {shot}");
+            average += shot / (2 * n) as f32;
+        }
+    }
+    assert!((average - smooth.albedo()).abs().max_element() < 1e-4, "{average}");
+    assert!((0.98 * average - smooth.albedo()).abs().max_element() > 1e-4);
+    assert!(smooth.bound() == Vec3::ONE && Lobe::Mirror(Mirror::plain(gold, true)).albedo() == gold);
+}
+
 fn smooth_lobe() -> impl Strategy<Value = Lobe> {
     let tint = Vec3::ONE;
     prop_oneof![
-        Just(Lobe::Mirror(Mirror { tint, two_sided: true })),
+        Just(Lobe::Mirror(Mirror::plain(tint, true))),
         (0.25_f32..4.0).prop_map(move |ior| Lobe::Dielectric(Dielectric { ior, tint })),
         (0.25_f32..4.0).prop_map(move |ior| Lobe::ThinDielectric(ThinDielectric { ior, tint })),
     ]
@@ -346,8 +376,9 @@ fn what_is_shot_is_what_is_gathered_whatever_the_normals() {
     let lobes = [
         Lobe::Diffuse(Diffuse { albedo: tint, two_sided: true, under: None }),
         Lobe::Diffuse(Diffuse { albedo: tint, two_sided: false, under: None }),
-        Lobe::Mirror(Mirror { tint, two_sided: true }),
-        Lobe::Mirror(Mirror { tint, two_sided: false }),
+        Lobe::Mirror(Mirror::plain(tint, true)),
+        Lobe::Mirror(Mirror::plain(tint, false)),
+        Lobe::Mirror(Mirror::metal(0.2 * tint, true)),
         Lobe::Dielectric(Dielectric { ior: 1.5, tint }),
         Lobe::Dielectric(Dielectric { ior: 0.6, tint }),
         Lobe::ThinDielectric(ThinDielectric { ior: 1.5, tint }),

@@ -12,7 +12,7 @@ fn small_box(illumination: Illumination) -> Scene {
     stage.shine(lamp, Light::new(Vec3::new(8.0, 10.0, 12.0), Vec3::splat(2.0)));
     stage.quad(lamp, Vec3::new(-0.8, 0.95, -0.8), 1.6 * Vec3::X, 1.6 * Vec3::Z);
     let two_sided = Lobe::Diffuse(Diffuse { albedo: Vec3::splat(0.3), two_sided: true, under: None });
-    let coated = Lobe::Mirror(Mirror { tint: Vec3::splat(0.2), two_sided: true });
+    let coated = Lobe::Mirror(Mirror::plain(Vec3::splat(0.2), true));
     let block = stage.material(&[two_sided, coated], None);
     stage.block(block, Vec3::new(0.1, -0.4, -0.2), Vec3::new(0.3, 0.4, 0.2));
     stage.lit(illumination)

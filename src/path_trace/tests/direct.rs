@@ -136,7 +136,7 @@ fn whitted_mirror_shows_what_a_one_bounce_mirror_does_not() {
     let tint = 0.7;
     for (mirror, seen) in [(Some(Illumination::Whitted), true), (None, false)] {
         let mut stage = floor(Vec3::ZERO);
-        let lobe = Lobe::Mirror(Mirror { tint: Vec3::splat(tint), two_sided: false });
+        let lobe = Lobe::Mirror(Mirror::plain(Vec3::splat(tint), false));
         let material = stage.material(&[lobe], mirror);
         let (a, b) = (Vec3::new(0.2, -0.2, 0.0), 0.2 * Vec3::Z);
         stage.quad(material, Vec3::Y - 0.5 * (a + b), a, b);

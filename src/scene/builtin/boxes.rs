@@ -9,7 +9,7 @@ const HALF: f64 = 1.28;
 /// A glass sphere whose caustic falls on the floor, and a mirror sphere that sees it.
 pub(super) fn caustic_box(name: String) -> Result<Scene, String> {
     let mut scene = walls(name, 0.15, 150.0);
-    let mirror = scene.material(Material::mirror("Mirror", Vec3::splat(0.95)));
+    let mirror = scene.material(Material::metal("Mirror", Vec3::splat(0.95)));
     let glass = scene.material(Material::glass("Glass", 1.5));
     scene.shape(Shape::sphere("MirrorSphere", mirror, [-0.55, -0.78, -0.35], 0.5, 96));
     // The sphere hangs where it brings the lamp to a focus on the floor: 1/f = 1/a + 1/b with f = 1.5 radii.

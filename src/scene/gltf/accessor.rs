@@ -136,12 +136,17 @@ impl<'a> Accessors<'a> {
         self.unpacked.get(&index).map_or_else(announced, |elements| elements.count)
     }
 
-    /// The same. None where it cannot be that many: reading it says why, and takes no memory.
+    /// True where its elements come out of a packed primitive.
+    pub fn is_unpacked(&self, index: usize) -> bool {
+        self.unpacked.contains_key(&index)
+    }
+
+    /// The number of elements. None where it cannot be that many: reading it says why, and takes no memory.
     pub fn possible_count(&self, index: usize) -> Option<u64> {
         let accessor = self.root.accessors.get(index)?;
         let most = match accessor.buffer_view {
             Some(view) => self.views.length(self.root.buffer_views.get(view.value())?),
-            None if self.unpacked.contains_key(&index) => u64::MAX,
+            None if self.is_unpacked(index) => u64::MAX,
             None => MOST_ZEROS,
         };
         Some(self.count(index)).filter(|count| *count <= most)

@@ -117,8 +117,11 @@ fn of_primitive(accessors: &Accessors<'_>, primitive: &Primitive) -> Count {
     let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
     let vertices = positions.map_or(0, |index| count(index.value()));
     let corners = primitive.indices.map_or(vertices, |index| count(index.value()));
+    let is_unpacked = primitive.indices.is_some_and(|index| accessors.is_unpacked(index.value()));
     let triangles = match primitive.mode {
         Checked::Valid(Mode::Triangles) => corners / 3,
+        // Faces are packed one by one.
+        Checked::Valid(Mode::TriangleStrip) if is_unpacked => corners / 3,
         Checked::Valid(Mode::TriangleStrip | Mode::TriangleFan) => corners.saturating_sub(2),
         _ => return Count { triangles: 1, ..Count::default() },
     };

@@ -3,8 +3,9 @@
 use super::Reason;
 use super::notes::Notes;
 use crate::light::{Light, Matrix};
+use crate::scene::environment::Source;
 use crate::scene::illumination::{matrix_from, square_from};
-use crate::scene::{Backs, Illumination, Lens, Projection};
+use crate::scene::{Background, Backs, Illumination, Lens, Projection, Surroundings};
 use glam::Vec3;
 use serde_json::{Map, Value};
 
@@ -29,6 +30,10 @@ const BACKS: &str = "backs";
 const FSTOP: &str = "fstop";
 const APERTURE: &str = "aperture";
 const FOCUS: &str = "focus";
+const ENVIRONMENT: &str = "environment";
+const ROTATION: &str = "environment-rotation";
+const STRENGTH: &str = "environment-strength";
+const BACKGROUND: &str = "background";
 /// Every key of ours with where it is read.
 const KEYS: &[(&str, &[Place], &str)] = &[
     (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
@@ -41,6 +46,10 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (FSTOP, &[Place::Camera], "cameras (not their objects)"),
     (APERTURE, &[Place::Camera], "cameras (not their objects)"),
     (FOCUS, &[Place::Camera], "cameras (not their objects)"),
+    (ENVIRONMENT, &[Place::Scene], "scenes"),
+    (ROTATION, &[Place::Scene], "scenes"),
+    (STRENGTH, &[Place::Scene], "scenes"),
+    (BACKGROUND, &[Place::Scene], "scenes"),
 ];
 
 /// The height of the sensor that an f-number is meant for, m: that of a film of 36 × 24 mm.
@@ -156,6 +165,22 @@ impl Extras {
         let focal_length = 0.5 * SENSOR / (0.5 * yfov).tan();
         let radius = fstop.map(|fstop| 0.5 * focal_length / fstop).or(radius).unwrap_or(0.0);
         Ok((radius > 0.0).then_some(Lens { radius, focus }))
+    }
+
+    /// `environment`, `environment-rotation`, `environment-strength` and `background`: what is around a scene.
+    pub fn surroundings(&self) -> Result<Surroundings, Reason> {
+        let word = |value: &Value| value.as_str()?.parse().ok();
+        let background = |value: &Value| match value.as_bool() {
+            Some(true) => Some(Background::Same),
+            Some(false) => Some(Background::Black),
+            None => value.as_str()?.parse().ok(),
+        };
+        Ok(Surroundings {
+            source: self.read(ENVIRONMENT, &format!("none, {}", Source::WORDS), word)?,
+            rotation: self.number(ROTATION, "degrees", |_| true)?,
+            strength: self.number(STRENGTH, "a factor, 0 or more", |x| *x >= 0.0)?,
+            background: self.read(BACKGROUND, "true, false, or a colour such as \"#404040\"", background)?,
+        })
     }
 
     fn number(&self, key: &str, allowed: &str, fits: impl Fn(&f32) -> bool) -> Result<Option<f32>, Reason> {

@@ -2,6 +2,7 @@ use super::Reason;
 use super::accessor::Accessors;
 use super::material::{Colours, Needs};
 use super::tangents;
+use super::unpack::draco;
 use crate::scene::assembly::Closure;
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use gltf::Semantic;
@@ -39,6 +40,8 @@ pub(super) fn read(
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(Index::value);
     let triangles = match mode {
         Mode::Triangles => list,
+        // Faces are packed one by one, whatever strips a reader may make of them.
+        Mode::TriangleStrip if draco::packing(accessors, primitive).is_some() => list,
         Mode::TriangleStrip => strip,
         Mode::TriangleFan => fan,
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(None),

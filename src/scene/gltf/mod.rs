@@ -29,8 +29,9 @@ mod unpack;
 mod variants;
 
 use super::assembly::Assembly;
+use super::environment::{Around, Source};
 use super::names::{listed, one_line};
-use super::{Choice, Loaded, Luminaire, SceneBuilder, Shape};
+use super::{Choice, Loaded, Luminaire, Scene, SceneBuilder, Shape, Surroundings};
 use crate::error::Error;
 use accessor::Accessors;
 use animation::Weights;
@@ -65,15 +66,22 @@ pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded>
     let name = one_line(&path.display().to_string());
     let folder = path.parent().unwrap_or(Path::new(""));
     match read(&bytes, folder, &name, choice) {
-        Ok(mut loaded) => {
+        Ok((mut loaded, around)) => {
             loaded.files.push(path.to_owned());
+            // Whoever renders it may name a file anywhere; the scene itself may not.
+            let beside = if choice.around.source.is_some() { None } else { Some(folder) };
+            let picture = around.file();
+            loaded
+                .files
+                .extend(picture.map(|file| beside.map_or_else(|| file.to_owned(), |at| at.join(file))));
+            loaded.scene.put_into(&around, beside)?;
             Ok(loaded)
         }
         Err(reason) => Err(Error::scene(name, one_line(&reason))),
     }
 }
 
-fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Loaded, Reason> {
+fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loaded, Surroundings), Reason> {
     let (json, chunk) = container::split(bytes)?;
     let Document { root, mut stances, animations } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
@@ -82,7 +90,9 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
 
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let mut scene = SceneBuilder::new(name);
-    scene.illumination = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes).illumination()?;
+    let extras = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes);
+    scene.illumination = extras.illumination()?;
+    let of_file = extras.surroundings()?;
     let memory = crate::machine::memory().map(|left| left.bytes);
     count::check_packed(&accessors, memory)?;
     let weights = match &choice.pose {
@@ -115,19 +125,24 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Load
         return Err("has no triangles; add a mesh to the scene".into());
     }
     light(&root, &placed, &mut assembly, &mut notes)?;
-    if assembly.luminaires.is_empty() {
-        let dark = no_light(&root);
+    let mut around = choice.around.clone().or(of_file);
+    let reflects = scene.materials.iter().any(|material| !material.lobes.is_empty());
+    let by_studio = around.source.is_none() && !is_lit(&assembly) && reflects;
+    if by_studio {
+        around.source = Some(Around::Source(Source::Studio));
+        notes.line(no_light(&root));
+    } else if assembly.luminaires.is_empty() && !around.shines() {
+        let dark = "nothing emits light; name an environment, such as --environment studio".to_owned();
         if !choice.dark {
             return Err(with_losses(dark, notes));
         }
         notes.line(dark);
-    } else if !is_lit(&assembly) && scene.materials.iter().any(|material| !material.lobes.is_empty()) {
-        notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
     scene.notes = notes.finish();
     let files = files::named(&root, folder);
-    Ok(Loaded { scene: scene.finish(assembly, camera), files, variants, animations })
+    let scene = Scene { lit_by_studio: by_studio, ..scene.finish(assembly, camera) };
+    Ok((Loaded { scene, files, variants, animations }, around))
 }
 
 /// Refuses a scene that is too large, before anything of it is built, and unpacks what is packed as a whole.
@@ -164,9 +179,12 @@ fn is_lit(assembly: &Assembly) -> bool {
     assembly.luminaires.iter().any(lights)
 }
 
-/// That nothing emits light, and the way out.
-fn no_light(root: &Root) -> Reason {
-    let mut reason = "nothing emits light; add a lamp, or a material with an emissive colour".to_owned();
+/// That nothing lights it, what does, and how to choose.
+fn no_light(root: &Root) -> String {
+    let mut reason =
+        "has no light: the built-in studio lights it; --environment sky, a picture (.hdr, .exr) or a \
+                      colour is another choice"
+            .to_owned();
     if root.asset.generator.as_ref().is_some_and(|generator| generator.contains("Blender")) {
         reason += ". Blender never exports area lights and the World, and its other lamps, cameras and custom \
                    properties only where Include > Punctual Lights, Cameras and Custom Properties are ticked in its \

@@ -7,7 +7,7 @@ use super::super::notes::label;
 use gltf::Semantic;
 use gltf::json::Value;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
-use gltf::json::mesh::Primitive;
+use gltf::json::mesh::{Mode, Primitive};
 use gltf::json::validation::Checked;
 use std::collections::{HashMap, HashSet};
 
@@ -33,7 +33,7 @@ pub(in super::super) fn unpack(
     let meshes = placed.iter().filter_map(|place| Some(place.node.mesh?.value()));
     for index in meshes.filter(|index| seen.insert(*index)) {
         let Some(mesh) = accessors.root.meshes.get(index) else { continue };
-        for primitive in &mesh.primitives {
+        for primitive in mesh.primitives.iter().filter(|primitive| has_faces(primitive)) {
             let Some(packing) = packing(accessors, primitive) else { continue };
             let named = |what| format!("{}: {what}", label("mesh", index, mesh.name.as_deref()));
             let elements = of_primitive(accessors, primitive, packing, &mut most).map_err(named)?;
@@ -49,6 +49,12 @@ pub(in super::super) fn unpack(
     Ok(unpacked)
 }
 
+/// False for points and lines, which are left out whatever is in them.
+fn has_faces(primitive: &Primitive) -> bool {
+    let Checked::Valid(mode) = primitive.mode else { return true };
+    matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
+}
+
 /// How a primitive is packed. None where its plain numbers are in the file as well, for readers without the extension.
 pub(in super::super) fn packing<'a>(
     accessors: &Accessors<'_>,
@@ -60,13 +66,19 @@ pub(in super::super) fn packing<'a>(
     accessor.buffer_view.is_none().then_some(packing)
 }
 
-/// The elements of each accessor of a primitive that its packing holds.
+/// The elements of each accessor of a primitive that its packing holds. What is packed is faces, whether they are to be drawn as
+/// single triangles or as strips; nothing else may be packed.
 fn of_primitive(
     accessors: &Accessors<'_>,
     primitive: &Primitive,
     packing: &Value,
     most: &mut Most,
 ) -> Result<Vec<(usize, Elements)>, Reason> {
+    if primitive.mode == Checked::Valid(Mode::TriangleFan) {
+        return Err(format!(
+            "is a triangle fan packed by {NAME}, which holds triangles and strips only; export it again as triangles"
+        ));
+    }
     let view = packing["bufferView"].as_u64().and_then(|view| usize::try_from(view).ok());
     let view = view.ok_or_else(|| format!("its {NAME} has no buffer view; export it again"))?;
     let bytes = accessors.view(view).map_err(|what| format!("its {NAME} {what}; export it again"))?;

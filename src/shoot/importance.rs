@@ -1,0 +1,217 @@
+//! What of all light is of use to the picture: camera paths, scattered once or more, aim at luminaires, and remember which
+//! starts of photons would have brought them what they found.
+//!
+//! The account is that of the picture's own light (adjoint of what photons do), so that starts are learned even where one
+//! in millions is of use, as below a roof of two metres on a plain of six kilometres. What comes by mirrors and glass alone
+//! is not found in this way; the few paths of [`learn_guide`](super::learn_guide) find that.
+
+use super::Walk;
+use crate::emission::{Aimed, EMISSION_DIMENSIONS, Emitters, Origin, StartTree, Useful};
+use crate::light::{Light, Row};
+use crate::optics::{Lobe, Term, Transport};
+use crate::photon::PathClass;
+use crate::plan::{Frame, PhotonPlan, Plan};
+use crate::rays::{Ray, Segment};
+use crate::sampling::{Rng, Sobol, Stream, choose, hash};
+use crate::scene::{MatterAt, SurfacePoint};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Camera paths that find out whether there is anything to learn, and that learn it.
+const LOOKS: u32 = 1 << 14;
+const LESSONS: u32 = 1 << 18;
+/// Paths that look for caustics, and the reflections of each: they begin with few.
+const SHOTS: u32 = 1 << 16;
+const REFLECTIONS: u32 = 8;
+/// The share of guided paths that looks for caustics, where there are any.
+const CAUSTIC: f32 = 0.35;
+/// What a photon counts where the camera does not see it at once: mirrors and glass may show it.
+const UNSEEN: f32 = 0.02;
+/// Events of a path at the most.
+const EVENTS: u32 = 12;
+/// Roulette after so many.
+const CERTAIN: u32 = 3;
+/// By so much denser starts must become, where they are of use, to be worth it.
+const WORTH: f64 = 3.0;
+
+/// Learns which starts are of use to the picture. None: hardly fewer than all.
+pub fn learn_starts(plan: &Plan, frame: &Frame) -> Option<StartTree> {
+    let photons = frame.photons.as_ref().filter(|_| !plan.settings.even_starts)?;
+    let emitters = Emitters::<Light>::new(&plan.scene)?;
+    let eye = Eye { plan, frame, emitters, direct: photons.classes.direct };
+    // What some tell must hold for others.
+    let (learned, asked) = (eye.look(0..LOOKS), eye.look(LOOKS..2 * LOOKS));
+    let gain = StartTree::new(learned)?.gain_for(&asked);
+    if gain < WORTH {
+        return None;
+    }
+    let mut useful = eye.look(2 * LOOKS..2 * LOOKS + LESSONS);
+    let tree = StartTree::new(useful.clone())?;
+    if !photons.classes.caustic {
+        return Some(tree);
+    }
+    let mut caustic = eye.caustics(photons, &tree);
+    // Both are in units of their own.
+    let sum = |useful: &[Useful]| useful.iter().map(|one| one.weight).sum::<f32>();
+    let scale = CAUSTIC / (1.0 - CAUSTIC) * sum(&useful) / sum(&caustic);
+    if scale.is_finite() {
+        caustic.iter_mut().for_each(|one| one.weight *= scale);
+        useful.append(&mut caustic);
+    }
+    StartTree::new(useful)
+}
+
+/// Camera paths that learn.
+struct Eye<'a> {
+    plan: &'a Plan,
+    frame: &'a Frame,
+    emitters: Emitters<'a, Light>,
+    /// Photons serve direct light too.
+    direct: bool,
+}
+
+/// A line of a camera path.
+struct Line {
+    origin: Vec3,
+    direction: Vec3,
+    row: Row,
+    /// It has been scattered by a surface that takes photons.
+    scattered: bool,
+}
+
+impl Eye<'_> {
+    /// What was of use to paths of these numbers, in their order.
+    fn look(&self, paths: std::ops::Range<u32>) -> Vec<Useful> {
+        let each = paths.into_par_iter().map(|path| self.path(path));
+        each.collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// Starts of paths that leave caustics, most of all where the camera sees them.
+    fn caustics(&self, photons: &PhotonPlan, tree: &StartTree) -> Vec<Useful> {
+        let Self { plan, frame, emitters, .. } = self;
+        let most = photons.max_reflections.min(REFLECTIONS);
+        let photons = &PhotonPlan { max_reflections: most, keep: 1.0, ..photons.clone() };
+        let sobol = Sobol::new(hash(plan.settings.seed ^ hash(Stream::Measure as u64)));
+        let shot = |walk: &mut Walk<'_, Light>, path: u32| {
+            let rng = Rng::new(plan.settings.seed, Stream::Shoot, u32::MAX, u64::from(path));
+            let (start, density) = tree.warp(sobol.point(path, 0));
+            walk.forget();
+            walk.follow(emitters.emit(SHOTS, start), rng);
+            let photons = &walk.photons.by_class[PathClass::Caustic as usize];
+            let seen: f32 =
+                photons.iter().map(|photon| photon.power.total() * self.regard(photon.position)).sum();
+            (seen > 0.0).then_some(Useful { start, weight: seen / density })
+        };
+        let each = (0..SHOTS)
+            .into_par_iter()
+            .map_init(|| Walk::<Light>::new(plan, frame, photons, SHOTS), |walk, path| shot(walk, path));
+        each.collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// What light at a place counts for, by the share of the film that it is on.
+    fn regard(&self, place: Vec3) -> f32 {
+        let camera = &self.plan.scene.camera;
+        if camera.film(place, self.frame.aspect()).is_none() {
+            return UNSEEN;
+        }
+        // Up to its own surface.
+        let way = 0.999 * (place - camera.position);
+        let segment = Segment { origin: camera.position, way: way.as_dvec3(), end: 1.0 };
+        if self.plan.rays.transmittance(&segment).is_zero() { UNSEEN } else { 1.0 }
+    }
+
+    fn path(&self, path: u32) -> Vec<Useful> {
+        let Frame { width, height, .. } = *self.frame;
+        let view = self.plan.scene.camera.view(width as f32 / height as f32);
+        let mut rng = Rng::new(self.plan.settings.seed, Stream::Measure, u32::MAX, u64::from(path));
+        let [x, y] = rng.f32x2();
+        let (origin, direction) =
+            if view.has_lens() { view.ray_through(x, y, rng.f32x2()) } else { view.ray(x, y) };
+        let mut line = Some(Line { origin, direction, row: Row::VISIBLE, scattered: false });
+        let mut useful = Vec::new();
+        for event in 0..EVENTS {
+            let Some(current) = line else { break };
+            line = self.follow(&current, event, &mut rng, &mut useful);
+        }
+        useful
+    }
+
+    /// To the next surface. None: the path ends.
+    fn follow(&self, line: &Line, event: u32, rng: &mut Rng, useful: &mut Vec<Useful>) -> Option<Line> {
+        let plan = self.plan;
+        let hit = plan.rays.closest(&Ray {
+            origin: line.origin,
+            direction: line.direction,
+            t_max: f32::INFINITY,
+        })?;
+        let met = plan.matter_at(&hit, 0.0);
+        let MatterAt { surface, point, bsdf, .. } = &met;
+        let wo = -line.direction;
+        if line.scattered || self.direct {
+            self.aim(line, &met, rng, useful);
+        }
+        let straight = line.row * bsdf.straight;
+        let strength = |i: usize| match bsdf.terms.get(i) {
+            None => straight.total(),
+            Some(term) if term.lobe.responds(&point.normals, wo) => {
+                (line.row * term.coefficient * term.lobe.share(&point.normals, wo)).total()
+            }
+            Some(_) => 0.0,
+        };
+        let (chosen, mut probability) = choose(bsdf.terms.len() + 1, strength, rng.f32())?;
+        if event >= CERTAIN {
+            let survival = (0..=bsdf.terms.len()).map(strength).sum::<f32>() / line.row.total();
+            let survival = survival.clamp(0.1, 1.0);
+            if rng.f32() >= survival {
+                return None;
+            }
+            probability *= survival;
+        }
+        let Some(term) = bsdf.terms.get(chosen) else {
+            let origin = point.origin_towards(line.direction);
+            return Some(Line { origin, row: straight * (1.0 / probability), ..*line });
+        };
+        let lobe = plan.rays.lobe_at(term.lobe, point);
+        let sample = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3())?;
+        let takes = self.frame.photons.as_ref().is_some_and(|p| p.deposits[surface.material as usize]);
+        Some(Line {
+            origin: point.origin_towards(sample.to),
+            direction: sample.to,
+            row: line.row * term.coefficient * (sample.weight / probability),
+            scattered: line.scattered || (takes && lobe.as_diffuse().is_some()),
+        })
+    }
+
+    /// Remembers the start that brings light to a surface, and how much of it the picture reads.
+    fn aim(&self, line: &Line, met: &MatterAt<'_>, rng: &mut Rng, useful: &mut Vec<Useful>) {
+        let MatterAt { point, bsdf, .. } = met;
+        let u: [f32; EMISSION_DIMENSIONS] = std::array::from_fn(|_| rng.f32());
+        let wo = -line.direction;
+        let Some(Aimed { start, to, from, irradiance }) = self.emitters.aim_at(point.position, u) else {
+            return;
+        };
+        let read = |Term { coefficient, lobe }: &Term| match lobe {
+            lobe if lobe.is_delta() => 0.0,
+            lobe => (line.row * *coefficient * self.reflected(lobe, point, wo, to)).total(),
+        };
+        let weight = irradiance * bsdf.terms.iter().map(read).sum::<f32>();
+        if weight > 0.0 && self.sees(point, to, from) {
+            useful.push(Useful { start, weight });
+        }
+    }
+
+    fn reflected(&self, lobe: &Lobe, point: &SurfacePoint, wo: Vec3, to: Vec3) -> Vec3 {
+        self.plan.rays.lobe_at(*lobe, point).eval(&point.normals, wo, to)
+            * to.dot(point.normals.shading).abs()
+    }
+
+    /// True where not all light is stopped between a point and where a start is.
+    fn sees(&self, point: &SurfacePoint, to: Vec3, from: Option<Origin>) -> bool {
+        let segment = match from {
+            None => Some(Segment::from_towards(point, to)),
+            Some(Origin::Point(position)) => Segment::between(point, position),
+            Some(Origin::Surface(end)) => Segment::to_surface(&self.plan.scene.mesh, point, &end),
+        };
+        segment.is_some_and(|segment| !self.plan.rays.transmittance(&segment).is_zero())
+    }
+}
