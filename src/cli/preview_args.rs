@@ -13,7 +13,8 @@ pub struct PreviewArgs {
     exposure: Option<Exposure>,
 
     /// From linear light to the PNG or JPEG: standard (sRGB; all above 1 is white), neutral (Khronos PBR Neutral: highlights are bent to
-    /// white) or agx (AgX: the whole range is). Default: standard at exposure 0.
+    /// white) or agx (AgX: the whole range is). Default: standard at exposure 0; where
+    /// a file has no light and the built-in studio serves, neutral at auto.
     #[arg(long, value_name = "VIEW", hide_possible_values = true)]
     view: Option<View>,
 }
@@ -25,9 +26,13 @@ impl PreviewArgs {
     }
 }
 
-/// How a picture of a scene is shown where nothing is said: as it is.
-pub fn usual(_scene: &Scene) -> Preview {
-    Preview::default()
+/// How a picture of a scene is shown where nothing is said: as it is; but as a viewer of models would where the studio had to light it.
+pub fn usual(scene: &Scene) -> Preview {
+    if scene.lit_by_studio {
+        Preview { exposure: Exposure::Auto, view: View::Neutral }
+    } else {
+        Preview::default()
+    }
 }
 
 /// A preview whose exposure is known.
