@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 /// and it is a delta lobe.
 ///
 /// Of light that one facet does not send on, M(μ) from one side and M'(μ') from the other, with averages m and m', the share
-/// τ = T min(m, m') / m goes through, where T is what a smooth interface lets through of light from everywhere. As T over the
-/// square of the index is the same from both sides, so is τ m. (A walk over such facets, Heitz et al. 2016, lets through 0.94 of
+/// τ = T min(m, m') / m goes through, where T is what a smooth interface lets through of light from everywhere. T times
+/// the square of the own index is the same from both sides, and so is τ m times it. (A walk over such facets, Heitz et al. 2016, lets through 0.94 of
 /// it from outside and 0.11 from inside at an α of 0.36 and an index of 1.5; this 0.90 and 0.09.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
