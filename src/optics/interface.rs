@@ -1,5 +1,5 @@
 //! What one facet of a rough interface of two indices does not send on, tabulated by index when one is first asked for (about
-//! 30 ms for each of the four rows that a glass needs).
+//! 35 ms for each of the four rows that a glass needs).
 //!
 //! From the side where the index on the other side is η times the own one, M(μ, α, η) of the light at cosine μ meets a second
 //! facet: what is mirrored down or refracted up, and what is shadowed. The coordinate of cosines is √ln(1 + μ/α), of roughnesses
