@@ -17,6 +17,8 @@ const EVEN: f32 = 0.25;
 const SIDE: usize = 16;
 /// What is found in a cell counts so much for its neighbours.
 const NEIGHBOUR: f32 = 0.3;
+/// And what is found in a part of the sky for parts beside it: what is seen of it ends within parts.
+const BESIDE: f32 = 0.1;
 /// With more luminaires to choose from they are not told apart.
 const MOST: usize = 256;
 /// Cells along the longest side of what is seen.
@@ -116,8 +118,16 @@ impl Sums {
     fn add(&mut self, trial: &Trial, share: f32, sky: Option<u32>) {
         *self.of_luminaire.entry(trial.chosen).or_default() += share * trial.weight;
         if sky == Some(trial.chosen) {
-            let [x, y] = trial.place.map(|x| ((x * SIDE as f32) as usize).min(SIDE - 1));
-            self.of_sky.get_or_insert_default()[y][x] += share * trial.weight;
+            let [x, y] = trial.place.map(|x| ((x * SIDE as f32) as i32).min(SIDE as i32 - 1));
+            let parts = self.of_sky.get_or_insert_default();
+            for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+                // The first number goes round, the second does not.
+                let column = (x + dx).rem_euclid(SIDE as i32) as usize;
+                let Some(row) = usize::try_from(y + dy).ok().and_then(|row| parts.get_mut(row)) else {
+                    continue;
+                };
+                row[column] += share * trial.weight * if (dx, dy) == (0, 0) { 1.0 } else { BESIDE };
+            }
         }
     }
 
