@@ -541,8 +541,7 @@ meet one. In a white room both give all of it back. In this one, at a roughness 
 around it brighter; at 1 its ball is brighter below the lamp and darker in the middle."""),
     "mirrors": (
         ["gold-0"],
-        """**halflight is wrong.** By Schlick, gold is white at grazing angles. Metal of roughness 0 is a `Mirror` of the same colour at
-all angles in halflight, that of roughness 0.002 is not: the rim of the ball is too yellow."""),
+        """The numbers and the picture are from before metal of roughness 0 followed Schlick's law: its rim was too yellow."""),
     "brushed": (
         ["anisotropy"],
         """Cycles loses light on brushed metal: in a white room its ball has 0.92 in the middle and 0.90 half way to the rim, where
@@ -558,8 +557,8 @@ swings too far (at cosine 0.8 blue is 0.078, not 0.086). With Schlick's curve th
 0.159, at 0.15 0.47, not 0.42)."""),
     "rough-glass": (
         ["glass-rough"],
-        """**halflight is too dark.** Light that a second facet would send on is lost in `RoughDielectric` (the table in
-[Lobes](../lobes.md) says how much of it); Cycles adds it."""),
+        """The numbers and the picture are from before light that meets several facets was sent on in `RoughDielectric`: it was too
+dark."""),
     "texels": (
         ["base-texture", "texture-transform", "two-uv-sets", "metal-rough-texture", "alpha-mask"],
         """Between two texels halflight mixes light, as glTF says; Cycles mixes the file's encoded numbers and is darker there. Seen
@@ -568,7 +567,10 @@ along the edges of the squares."""),
         ["normal-map"],
         """**halflight is brighter than glTF says**, by 2 / (1 + cos t) where the map leans by t: `Diffuse` makes up for what of the
 cosine about the map's normal lies below the surface, so that a white surface is white whatever its map. It is as much as 6 % at 27°
-and 17 % at 45°, and takes contrast from small bumps. A map that leans by 45° everywhere was 17.6 % brighter than in Cycles."""),
+and 17 % at 45°, and takes contrast from small bumps. A map that leans by 45° everywhere was 17.6 % brighter than in Cycles.
+It is kept: light below the surface's horizon falls on the next bump, which is as white and sends it on, so that a real relief loses
+none of it, while glTF's formula loses (1 − cos t) / 2 at every bounce, and coarse bodies with smooth normals would lose it too. It is
+one constant for a pair of normals, the same for light that is shot and for light that is gathered."""),
     "emissive-images": (
         ["emissive-texture"],
         "The numbers and the picture are from before luminaires shone where their image is bright: they show the mean of it."),

@@ -73,7 +73,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
         };
         let connections = &plan.connections;
         connections.to_all(&plan.scene, point, &mut visit);
-        connections.to_one(&plan.scene, point, rng.f32x3()).into_iter().for_each(visit);
+        connections.to_one(&plan.scene, None, point, rng.f32x3()).into_iter().for_each(visit);
     }
 
     /// What photons bring.

@@ -1,8 +1,9 @@
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
+use super::preview_args::{PreviewArgs, Settled};
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
-use crate::film::{Image, Layer, judge, write_image_exr};
+use crate::film::{Image, Layer, Preview, judge, write_image_exr};
 use crate::scene::Illumination;
 use clap::Args;
 use std::path::PathBuf;
@@ -25,9 +26,8 @@ pub struct MixArgs {
     #[command(flatten)]
     overwrite: Overwrite,
 
-    /// Exposure of the PNG preview in stops.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
-    exposure: f32,
+    #[command(flatten)]
+    preview: PreviewArgs,
 
     /// Print nothing but errors.
     #[arg(short, long)]
@@ -59,8 +59,10 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     }
     let size = (atlas.width, atlas.height);
     files.check_size(size)?;
-    files.show(size, &mixed.visible, args.exposure)?;
-    let warnings = judge(&mixed.visible, args.exposure).warnings(args.exposure);
+    let shown = Settled::of(args.preview.over(Preview::default()), &mixed.visible);
+    shown.tell(&mut header);
+    files.show(size, &mixed.visible, shown.preview)?;
+    let warnings = judge(&mixed.visible, shown.preview.view, shown.stops).warnings(shown.stops);
     if let Some(exr) = &files.exr {
         let layers = vec![
             (Layer::Visible.name().to_owned(), mixed.visible),
@@ -70,6 +72,7 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     }
     if !args.quiet {
         warnings.iter().for_each(|warning| say(format_args!("warning: {warning}")));
+        shown.note().iter().for_each(say);
         say(format_args!("wrote {}", files.describe()));
     }
     Ok(ExitCode::SUCCESS)

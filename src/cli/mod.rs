@@ -16,6 +16,7 @@ mod out;
 mod output;
 mod pace;
 mod plan;
+mod preview_args;
 mod progress;
 mod render;
 mod scene_args;

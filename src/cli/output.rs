@@ -2,7 +2,7 @@
 
 use super::out::say;
 use crate::error::{Error, Result};
-use crate::film::{FileId, Place, check_writable, is_ours, write_rgb_jpg, write_rgb_png};
+use crate::film::{FileId, Place, Preview, check_writable, is_ours, write_rgb_jpg, write_rgb_png};
 use clap::Args;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
@@ -100,10 +100,10 @@ impl PictureFiles {
     }
 
     /// Writes what a display shows, if that is asked for.
-    pub fn show(&self, (width, height): (u32, u32), plane: &[Vec3], exposure: f32) -> Result<()> {
+    pub fn show(&self, (width, height): (u32, u32), plane: &[Vec3], preview: Preview) -> Result<()> {
         let Some(path) = &self.shown else { return Ok(()) };
         let write = if format(path) == Some(Format::Jpeg) { write_rgb_jpg } else { write_rgb_png };
-        write(path, width, height, plane, exposure).map(drop)
+        write(path, width, height, plane, preview).map(drop)
     }
 
     /// Their names.

@@ -2,6 +2,7 @@ use super::interrupt::Interrupt;
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
 use super::pace::Pace;
+use super::preview_args::{PreviewArgs, usual};
 use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
@@ -57,9 +58,8 @@ pub struct RenderArgs {
     #[arg(long)]
     atlas: bool,
 
-    /// Exposure of the PNG preview in stops.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
-    exposure: f32,
+    #[command(flatten)]
+    preview: PreviewArgs,
 
     /// Print nothing but errors.
     #[arg(short, long)]
@@ -96,9 +96,10 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     };
     scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
     let settings = Settings { atlas: args.atlas, memory: machine::memory(), ..settings };
+    let preview = args.preview.over(usual(&scene));
     let mut render = Render::new(scene, settings, &layers)?;
     announce(&render, tell);
-    let mut writer = Writer::new(files, args.exposure, args.quiet);
+    let mut writer = Writer::new(files, preview, args.quiet);
     let mut pace = Pace::new(begin, args.time);
     if let Some(line) = pace.fit(&mut render) {
         tell(&format_args!("note: {line}"));

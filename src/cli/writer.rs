@@ -2,8 +2,9 @@
 
 use super::out::say;
 use super::output::PictureFiles;
+use super::preview_args::Settled;
 use crate::error::{Error, Result};
-use crate::film::{Compression, Layer, WrittenLayer, judge, write_exr, write_layers_exr};
+use crate::film::{Compression, Layer, Preview, WrittenLayer, judge, write_exr, write_layers_exr};
 use crate::render::Render;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -11,7 +12,7 @@ use std::time::Duration;
 /// Writes the pictures of one render.
 pub struct Writer {
     files: PictureFiles,
-    exposure: f32,
+    preview: Preview,
     quiet: bool,
     /// True while writing fails, so that it is said once.
     failing: bool,
@@ -28,8 +29,8 @@ fn wait_before(attempt: usize) -> Option<Duration> {
 
 impl Writer {
     /// To files that were claimed.
-    pub fn new(files: PictureFiles, exposure: f32, quiet: bool) -> Self {
-        Self { files, exposure, quiet, failing: false, on_disk: None }
+    pub fn new(files: PictureFiles, preview: Preview, quiet: bool) -> Self {
+        Self { files, preview, quiet, failing: false, on_disk: None }
     }
 
     /// Writes a picture on the way. Where that fails the render goes on, and the next picture is tried. A device gets none.
@@ -37,7 +38,7 @@ impl Writer {
         if self.files.device {
             return;
         }
-        match write(&self.files, render, self.exposure) {
+        match write(&self.files, render, self.preview) {
             Ok(()) => {
                 self.on_disk = Some(render.film().passes());
                 if std::mem::take(&mut self.failing) {
@@ -58,7 +59,7 @@ impl Writer {
     /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
     pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
         for attempt in 0.. {
-            let Err(e) = write(&self.files, render, self.exposure) else { break };
+            let Err(e) = write(&self.files, render, self.preview) else { break };
             let Some(wait) = wait_before(attempt).filter(|_| !self.files.device) else {
                 return Err(self.lost(e, render.film().passes()));
             };
@@ -73,11 +74,14 @@ impl Writer {
 
     /// Says what is wrong with the picture that was written.
     fn look_at(&self, render: &Render) -> Result<()> {
-        let judgement = judge(&render.film().mean(Layer::Visible), self.exposure);
-        let warnings = judgement.warnings(self.exposure);
+        let plane = render.film().mean(Layer::Visible);
+        let shown = Settled::of(self.preview, &plane);
+        let judgement = judge(&plane, shown.preview.view, shown.stops);
+        let warnings = judgement.warnings(shown.stops);
         if judgement.shows_nothing() {
             return Err(Error::Image { path: self.path(), reason: warnings.join("; ") });
         }
+        shown.note().filter(|_| self.files.shown.is_some()).iter().for_each(|note| self.say(note));
         warnings.iter().for_each(|warning| self.say(&format!("warning: {warning}")));
         Ok(())
     }
@@ -111,13 +115,18 @@ fn counted(passes: u32) -> String {
     format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
 }
 
-fn write(files: &PictureFiles, render: &Render, exposure: f32) -> Result<()> {
+fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> {
     let film = render.film();
+    let plane = film.mean(Layer::Visible);
+    let mut header = render.header();
+    if files.shown.is_some() {
+        Settled::of(preview, &plane).tell(&mut header);
+    }
     match (&files.exr, render.atlas_run()) {
         (None, _) => {}
-        (Some(exr), None) => write_exr(exr, film, &render.header())?,
+        (Some(exr), None) => write_exr(exr, film, &header)?,
         (Some(exr), Some(atlas)) => {
-            let mut image = film.image(&render.header());
+            let mut image = film.image(&header);
             let atlas = atlas.layers(&mut image.header);
             let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
             // A hundred noisy pictures: compressing them takes longer than writing what it saves.
@@ -125,7 +134,7 @@ fn write(files: &PictureFiles, render: &Render, exposure: f32) -> Result<()> {
             write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
         }
     }
-    files.show((film.width(), film.height()), &film.mean(Layer::Visible), exposure)
+    files.show((film.width(), film.height()), &plane, preview)
 }
 
 #[cfg(test)]

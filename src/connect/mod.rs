@@ -3,6 +3,9 @@
 //! Where nothing hides a uniformly bright triangle, its irradiance has a closed form, which [`Connections::unhidden`] sums.
 
 mod polygon;
+mod sights;
+
+pub use sights::{Sights, Trial};
 
 use crate::emission::ALIKE;
 use crate::light::Light;
@@ -11,6 +14,7 @@ use crate::sampling::{Cumulative, warp};
 use crate::scene::{Luminaire, Part, Parts, Scene, SurfacePoint, versine_between, warn_falloff};
 use glam::{DVec3, Vec3};
 use polygon::{Facet, Plane};
+use sights::Cell;
 use std::collections::HashMap;
 use std::f32::consts::{FRAC_1_PI, PI};
 use std::ops::Add;
@@ -42,8 +46,8 @@ pub struct Connections {
     place: HashMap<u32, u32>,
     /// And of parts of triangles.
     parts: Parts<u32>,
-    /// With which probability a connection leads to each of the skies, where chance may too.
-    skies: Vec<f32>,
+    /// The place of each of the skies among those that are chosen from, where chance leads to them too. None: it alone does.
+    skies: Vec<Option<u32>>,
     /// Radiance of an environment that is the same from everywhere, where that has a closed form.
     even_sky: Light,
     /// Nothing hides any luminaire.
@@ -123,9 +127,8 @@ impl Connections {
         let (place, parts) = (by_chance().filter_map(whole).collect(), by_chance().filter_map(part));
         let parts = Parts::new(parts);
         let connected = |sky: u32| one_of.iter().position(|own| *own == sky).filter(|_| lobes == Lobes::Any);
-        let probability =
-            |sky: Option<u32>| sky.and_then(connected).map_or(0.0, |place| choice.weight(place) as f32);
-        let skies = scene.lighting_skies().into_iter().map(probability).collect();
+        let skies = scene.lighting_skies().into_iter();
+        let skies = skies.map(|sky| sky.and_then(connected).map(|place| place as u32)).collect();
         Self { every, closed_form, one_of, choice, place, parts, skies, even_sky, all_is_seen }
     }
 
@@ -174,6 +177,7 @@ impl Connections {
     pub fn density(
         &self,
         scene: &Scene,
+        sights: Option<&Sights>,
         point: &SurfacePoint,
         target: &SurfacePoint,
         [t, cos]: [f32; 2],
@@ -197,30 +201,79 @@ impl Connections {
                 Some(sr) => 1.0 / sr as f32,
                 None => t * t / (cos * area),
             };
-        self.choice.weight(place as usize) as f32 * density
+        self.probability(sights, point, place as usize) * density
     }
 
     /// What luminaires at infinity radiate from the unit vector `to`, each by its light (W m⁻² sr⁻¹) and the density in solid angle
     /// (sr⁻¹) with which a connection would have led there; zero where none ever does.
-    pub fn skies<'a>(&'a self, scene: &'a Scene, to: Vec3) -> impl Iterator<Item = (Light, f32)> + 'a {
-        scene.skies.iter().zip(&self.skies).filter_map(move |(luminaire, probability)| {
+    pub fn skies<'a>(
+        &'a self,
+        scene: &'a Scene,
+        sights: Option<&'a Sights>,
+        point: Option<&'a SurfacePoint>,
+        to: Vec3,
+    ) -> impl Iterator<Item = (Light, f32)> + 'a {
+        scene.skies.iter().zip(&self.skies).filter_map(move |(luminaire, place)| {
             let light = scene.radiance_from(luminaire, to);
-            let density =
-                || if *probability == 0.0 { 0.0 } else { probability * sky_density(scene, luminaire, to) };
+            let density = || match (place, point) {
+                (Some(place), Some(point)) => {
+                    let cell = sights.and_then(|sights| sights.from(point));
+                    let probability = self.probability(sights, point, *place as usize);
+                    probability * sky_density(scene, luminaire, cell, to)
+                }
+                _ => 0.0,
+            };
             (!light.is_zero()).then(|| (light, density()))
         })
     }
 
+    /// With which probability a connection from `point` leads to a luminaire that is chosen from.
+    fn probability(&self, sights: Option<&Sights>, point: &SurfacePoint, place: usize) -> f32 {
+        let cell = sights.and_then(|sights| sights.from(point));
+        cell.and_then(|cell| cell.probability(place)).unwrap_or_else(|| self.choice.weight(place) as f32)
+    }
+
+    /// With which probabilities luminaires are chosen, and which of them is an environment: what [`Sights`] are learned by.
+    pub fn choice(&self, scene: &Scene) -> (Vec<f32>, Option<u32>) {
+        let is_sky = |i: &u32| matches!(scene.luminaires[*i as usize], Luminaire::Environment { .. });
+        let invertible = scene.environment.as_ref().is_some_and(|environment| environment.is_invertible());
+        let sky = self.one_of.iter().position(is_sky).filter(|_| invertible);
+        let even = (0..self.one_of.len()).map(|place| self.choice.weight(place) as f32).collect();
+        (even, sky.map(|place| place as u32))
+    }
+
+    /// A connection as without [`Sights`], and which of the luminaires it leads to.
+    pub fn try_one(&self, scene: &Scene, point: &SurfacePoint, u: [f32; 3]) -> Option<(u32, Connection)> {
+        let chosen = self.choice.index(f64::from(u[0]));
+        self.to_one(scene, None, point, u).map(|connection| (chosen as u32, connection))
+    }
+
     /// One connection to one of the luminaires that are chosen from, by three numbers in [0, 1); it is unbiased for
     /// all of them. None: the one chosen does not shine there.
-    pub fn to_one(&self, scene: &Scene, point: &SurfacePoint, u: [f32; 3]) -> Option<Connection> {
+    pub fn to_one(
+        &self,
+        scene: &Scene,
+        sights: Option<&Sights>,
+        point: &SurfacePoint,
+        u: [f32; 3],
+    ) -> Option<Connection> {
         if self.one_of.is_empty() {
             return None;
         }
-        let chosen = self.choice.index(f64::from(u[0]));
-        let probability = self.choice.weight(chosen) as f32;
+        let cell = sights.and_then(|sights| sights.from(point));
+        let even = || {
+            let chosen = self.choice.index(f64::from(u[0]));
+            (chosen, self.choice.weight(chosen) as f32)
+        };
+        let (chosen, probability) = cell.and_then(|cell| cell.choose(u[0])).unwrap_or_else(even);
         let luminaire = &scene.luminaires[self.one_of[chosen] as usize];
-        let connection = connect(scene, luminaire, point, [u[1], u[2]])?;
+        let place = [u[1], u[2]];
+        let (place, guided) = match (luminaire, cell) {
+            (Luminaire::Environment { .. }, Some(cell)) => cell.of_sky(place),
+            _ => (place, 1.0),
+        };
+        let probability = probability * guided;
+        let connection = connect(scene, luminaire, point, place)?;
         let density = connection.density.map(|density| probability * density);
         Some(Connection { light: (1.0 / probability) * connection.light, density, ..connection })
     }
@@ -283,10 +336,14 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
 }
 
 /// Density in solid angle (sr⁻¹) with which [`connect`] chooses the unit vector `to`, where a luminaire at infinity shines from there.
-fn sky_density(scene: &Scene, luminaire: &Luminaire, to: Vec3) -> f32 {
-    match luminaire {
-        Luminaire::Sun { versine, .. } => 0.5 * FRAC_1_PI / versine,
-        _ => scene.environment.as_ref().map_or(0.0, |environment| environment.density(to)),
+fn sky_density(scene: &Scene, luminaire: &Luminaire, cell: Option<&Cell>, to: Vec3) -> f32 {
+    match (luminaire, &scene.environment) {
+        (Luminaire::Sun { versine, .. }, _) => 0.5 * FRAC_1_PI / versine,
+        (_, Some(environment)) => {
+            let guided = cell.map_or(1.0, |cell| cell.density_of_sky(environment.numbers(to)));
+            guided * environment.density(to)
+        }
+        _ => 0.0,
     }
 }
 

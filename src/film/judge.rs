@@ -1,5 +1,6 @@
 //! Whether a picture shows anything at its exposure, and the exposure at which it would.
 
+use super::preview::View;
 use glam::Vec3;
 
 /// What a display shows of a picture.
@@ -43,6 +44,8 @@ const SEEN: f32 = 0.5 / 255.0 / 12.92;
 const DIM: f32 = 0.005;
 /// Brighter than this is clipped by more than a step of 8 bits.
 const CLIPPED: f32 = 1.01;
+/// Half a step of 8 bits below white, for views that come near it only.
+const WHITE: f32 = 0.9955;
 /// "Nearly all" of the lit pixels.
 const NEARLY: f64 = 0.95;
 /// This share of the lit pixels ...
@@ -50,38 +53,72 @@ const SHOWN_SHARE: f64 = 0.8;
 /// ... is shown at or below this: a bright tone with room above it.
 const SHOWN_AT: f64 = 0.4;
 
-/// Judges a plane of linear RGB at an exposure in stops, by the largest component of each pixel.
-pub fn judge(plane: &[Vec3], exposure: f32) -> Judgement {
+/// Judges a plane of linear RGB by a view at an exposure in stops, by the largest component of each pixel.
+pub fn judge(plane: &[Vec3], view: View, stops: f64) -> Judgement {
+    let not_finite = plane.iter().filter(|pixel| !pixel.is_finite()).count();
+    let look = Limits::of(view).look(&lit(plane), stops.exp2());
+    Judgement { pixels: plane.len(), not_finite, look }
+}
+
+/// The exposure in stops at which [`SHOWN_SHARE`] of the lit pixels are at or below [`SHOWN_AT`]. 0 where no pixel is lit.
+pub(super) fn automatic(plane: &[Vec3]) -> f64 {
+    let lit = lit(plane);
+    if lit.is_empty() { 0.0 } else { stops(&lit) }
+}
+
+/// The brightnesses of finite pixels above zero, in ascending order.
+fn lit(plane: &[Vec3]) -> Vec<f32> {
     let finite = plane.iter().filter(|pixel| pixel.is_finite());
-    let not_finite = plane.len() - finite.clone().count();
     let mut lit: Vec<f32> = finite.map(|pixel| pixel.max_element()).filter(|x| *x > 0.0).collect();
     lit.sort_unstable_by(f32::total_cmp);
-    Judgement { pixels: plane.len(), not_finite, look: look(&lit, f64::from(exposure).exp2()) }
+    lit
 }
 
-/// Of brightnesses in ascending order.
-fn look(lit: &[f32], scale: f64) -> Look {
-    let below = |limit: f32| lit.partition_point(|x| scale * f64::from(*x) < f64::from(limit));
-    if lit.is_empty() {
-        return Look::Dark;
+/// How many of these are below a limit when they are scaled.
+fn below(lit: &[f32], limit: f32, scale: f64) -> usize {
+    lit.partition_point(|x| scale * f64::from(*x) < f64::from(limit))
+}
+
+/// Exposed greys which a view shows as [`SEEN`], [`DIM`] and [`CLIPPED`].
+struct Limits {
+    seen: f32,
+    dim: f32,
+    clipped: f32,
+}
+
+impl Limits {
+    fn of(view: View) -> Self {
+        let clipped = if view == View::Standard { CLIPPED } else { view.grey_shown_as(WHITE) };
+        Self { seen: view.grey_shown_as(SEEN), dim: view.grey_shown_as(DIM), clipped }
     }
-    let unclipped = below(CLIPPED);
-    let nearly = |part: usize, whole: usize| part as f64 > NEARLY * whole as f64;
-    if below(SEEN) == lit.len() {
-        Look::Black { show_at: stops(lit) }
-    } else if nearly(lit.len() - unclipped, lit.len()) {
-        Look::NearlyWhite { show_at: stops(lit) }
-    } else if nearly(below(DIM), unclipped) {
-        Look::NearlyBlack { show_at: stops(&lit[..unclipped]) }
-    } else {
-        Look::Fine
+
+    /// Of brightnesses in ascending order.
+    fn look(&self, lit: &[f32], scale: f64) -> Look {
+        if lit.is_empty() {
+            return Look::Dark;
+        }
+        let unclipped = below(lit, self.clipped, scale);
+        let nearly = |part: usize, whole: usize| part as f64 > NEARLY * whole as f64;
+        if below(lit, self.seen, scale) == lit.len() {
+            Look::Black { show_at: whole_stops(lit) }
+        } else if nearly(lit.len() - unclipped, lit.len()) {
+            Look::NearlyWhite { show_at: whole_stops(lit) }
+        } else if nearly(below(lit, self.dim, scale), unclipped) {
+            Look::NearlyBlack { show_at: whole_stops(&lit[..unclipped]) }
+        } else {
+            Look::Fine
+        }
     }
 }
 
-/// Whole stops that show most of these brightnesses, of which there is at least one.
-fn stops(lit: &[f32]) -> i32 {
+/// Stops that show most of these brightnesses, of which there is at least one.
+fn stops(lit: &[f32]) -> f64 {
     let bright = lit[((SHOWN_SHARE * lit.len() as f64) as usize).min(lit.len() - 1)];
-    (SHOWN_AT / f64::from(bright)).log2().round() as i32
+    (SHOWN_AT / f64::from(bright)).log2()
+}
+
+fn whole_stops(lit: &[f32]) -> i32 {
+    stops(lit).round() as i32
 }
 
 impl Judgement {
@@ -90,9 +127,10 @@ impl Judgement {
         self.not_finite > 0 && self.look == Look::Dark
     }
 
-    /// What to tell the user, a line each; none where all is well.
-    pub fn warnings(&self, exposure: f32) -> Vec<String> {
+    /// What to tell the user, a line each; none where all is well. For the exposure that it was judged at, in stops.
+    pub fn warnings(&self, stops: f64) -> Vec<String> {
         let Self { pixels, not_finite, look } = *self;
+        let exposure = (100.0 * stops).round() / 100.0;
         let lost = (not_finite > 0).then(|| {
             format!(
                 "{not_finite} of {pixels} pixels are not finite numbers (magenta in the preview): light there is too strong for \
@@ -131,8 +169,12 @@ mod tests {
         lit.chain(std::iter::repeat_n(Vec3::ZERO, 100)).collect()
     }
 
-    fn look_at(plane: &[Vec3], exposure: f32) -> Look {
-        judge(plane, exposure).look
+    fn judge(plane: &[Vec3], stops: f64) -> Judgement {
+        super::judge(plane, View::Standard, stops)
+    }
+
+    fn look_at(plane: &[Vec3], stops: f64) -> Look {
+        judge(plane, stops).look
     }
 
     #[test]
@@ -163,7 +205,7 @@ mod tests {
                 Look::NearlyWhite { show_at } if most > 1.0 => show_at,
                 other => panic!("{most} looks {other:?}"),
             };
-            assert_eq!(look_at(&plane, show_at as f32), Look::Fine, "{most}");
+            assert_eq!(look_at(&plane, f64::from(show_at)), Look::Fine, "{most}");
             let word = judge(&plane, 0.0).warnings(0.0).concat();
             assert!(word.contains(&format!("--exposure {show_at} ")), "{word}");
         }
@@ -192,5 +234,39 @@ mod tests {
         plane[5] = Vec3::splat(0.4);
         assert!(!judge(&plane, 0.0).shows_nothing());
         assert_eq!(look_at(&plane, 0.0), Look::Fine);
+    }
+
+    #[test]
+    fn automatic_exposure_shows_a_picture_by_every_view() {
+        for most in [1e-30_f32, 1e-6, 0.3, 60.0, 1e30] {
+            let mut plane = ramp(most);
+            let stops = automatic(&plane);
+            assert!(((0.4 / (0.81 * f64::from(most))).log2() - stops).abs() < 1e-5, "{most}: {stops}");
+            for view in View::ALL {
+                assert_eq!(super::judge(&plane, view, stops).look, Look::Fine, "{view} {most}");
+            }
+            // A lamp in sight makes it hardly darker, whatever its radiance.
+            plane[..5].fill(Vec3::splat(9e5 * most));
+            let with_lamp = automatic(&plane);
+            assert!(with_lamp <= stops && stops - with_lamp < 0.1, "{most}: {with_lamp} after {stops}");
+            // A background without light has no part in it.
+            plane.truncate(100);
+            assert_eq!(automatic(&plane), with_lamp);
+        }
+        assert_eq!(automatic(&[Vec3::ZERO, Vec3::NAN]), 0.0);
+    }
+
+    #[test]
+    fn a_view_that_bends_highlights_shows_what_standard_cannot() {
+        let bright: Vec<Vec3> = ramp(8.0).into_iter().map(|rgb| rgb + 2.0 * Vec3::ONE).collect();
+        assert!(matches!(look_at(&bright, 0.0), Look::NearlyWhite { .. }));
+        for view in [View::Neutral, View::Agx] {
+            assert_eq!(super::judge(&bright, view, 0.0).look, Look::Fine, "{view}");
+            assert!(matches!(super::judge(&bright, view, 5.0).look, Look::NearlyWhite { .. }), "{view}");
+            assert!(matches!(
+                super::judge(&bright, view, -14.0).look,
+                Look::NearlyBlack { .. } | Look::Black { .. }
+            ));
+        }
     }
 }

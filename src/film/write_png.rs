@@ -3,31 +3,44 @@
 use crate::error::{Error, Result};
 use crate::film::layer::Layer;
 use crate::film::ours::SIGNATURE;
+use crate::film::preview::Preview;
 use crate::film::replace::replace_file;
 use crate::film::sums::Film;
 use glam::Vec3;
 use std::io;
 use std::path::Path;
 
-/// Writes the visible mean, times 2^`exposure`, as an 8-bit sRGB picture. Values outside [0, 1] saturate: this is a
-/// display, not an estimate. Returns how many pixels are not finite; these are painted magenta, and the user must
-/// be told.
-pub fn write_png(path: &Path, film: &Film, exposure: f32) -> Result<usize> {
-    write_rgb_png(path, film.width(), film.height(), &film.mean(Layer::Visible), exposure)
+/// Writes the visible mean as an 8-bit sRGB picture, by a view at an exposure (a number of stops stands for the standard view). Values
+/// outside [0, 1] saturate: this is a display, not an estimate. Returns how many pixels are not finite; these are painted magenta,
+/// and the user must be told.
+pub fn write_png(path: &Path, film: &Film, preview: impl Into<Preview>) -> Result<usize> {
+    write_rgb_png(path, film.width(), film.height(), &film.mean(Layer::Visible), preview)
 }
 
 /// The same for any plane of linear RGB, row-major from top left.
-pub fn write_rgb_png(path: &Path, width: u32, height: u32, plane: &[Vec3], exposure: f32) -> Result<usize> {
+pub fn write_rgb_png(
+    path: &Path,
+    width: u32,
+    height: u32,
+    plane: &[Vec3],
+    preview: impl Into<Preview>,
+) -> Result<usize> {
     assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
-    let (bytes, lost) = displayed(plane, exposure);
+    let (bytes, lost) = displayed(plane, preview.into());
     write_bytes_png(path, width, height, &bytes)?;
     Ok(lost)
 }
 
 /// The same as a JPEG file, which has no more than 65,535 pixels a side.
-pub fn write_rgb_jpg(path: &Path, width: u32, height: u32, plane: &[Vec3], exposure: f32) -> Result<usize> {
+pub fn write_rgb_jpg(
+    path: &Path,
+    width: u32,
+    height: u32,
+    plane: &[Vec3],
+    preview: impl Into<Preview>,
+) -> Result<usize> {
     assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
-    let (bytes, lost) = displayed(plane, exposure);
+    let (bytes, lost) = displayed(plane, preview.into());
     let encoded =
         encode_jpg(width, height, &bytes).map_err(|reason| Error::Write { path: path.into(), reason })?;
     replace_file(path, |file| file.write_all(&encoded))?;
@@ -35,13 +48,13 @@ pub fn write_rgb_jpg(path: &Path, width: u32, height: u32, plane: &[Vec3], expos
 }
 
 /// Three sRGB bytes a pixel, and how many pixels are not finite.
-fn displayed(plane: &[Vec3], exposure: f32) -> (Vec<u8>, usize) {
-    let scale = exposure.exp2();
+fn displayed(plane: &[Vec3], Preview { exposure, view }: Preview) -> (Vec<u8>, usize) {
+    let scale = exposure.stops(plane).exp2() as f32;
     let mut lost = 0;
     let mut bytes = Vec::with_capacity(3 * plane.len());
     for pixel in plane {
         if pixel.is_finite() {
-            bytes.extend((scale * *pixel).to_array().map(srgb_encode));
+            bytes.extend(view.shown(scale * *pixel).to_array().map(srgb_encode));
         } else {
             lost += 1;
             bytes.extend([255, 0, 255]);
@@ -92,4 +105,41 @@ fn encode_jpg(width: u32, height: u32, rgb: &[u8]) -> std::result::Result<Vec<u8
 pub fn srgb_encode(linear: f32) -> u8 {
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::preview::{Exposure, View};
+
+    #[test]
+    fn automatic_exposure_does_not_depend_on_how_bright_a_scene_is() {
+        let plane: Vec<Vec3> = (0..1000_u16)
+            .map(|i| {
+                let x = f32::from(i * 37 % 1000) / 1000.0;
+                if i % 3 == 0 { Vec3::ZERO } else { Vec3::new(x, x * x, 0.2 + 0.01 * x) }
+            })
+            .collect();
+        for view in View::ALL {
+            let preview = Preview { exposure: Exposure::Auto, view };
+            let expected = displayed(&plane, preview);
+            for times in [1000.0, 1e-9, 3.7e12] {
+                let brighter: Vec<Vec3> = plane.iter().map(|rgb| times * *rgb).collect();
+                assert_eq!(displayed(&brighter, preview), expected, "{view} × {times}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_view_bends_what_is_written_and_standard_does_not() {
+        let byte = |view: View, x: f32| {
+            let (bytes, lost) = displayed(&[Vec3::splat(x), Vec3::NAN], Preview { view, ..1.0_f32.into() });
+            assert_eq!((lost, &bytes[3..]), (1, &[255, 0, 255][..]));
+            bytes[0]
+        };
+        // Twice 0.25, as it is, less 0.04, and bent.
+        assert_eq!([0.25, 0.5].map(|x| byte(View::Standard, x)), [188, 255]);
+        assert_eq!(byte(View::Neutral, 0.25), srgb_encode(0.46));
+        assert_eq!(byte(View::Agx, 0.5), 202);
+    }
 }

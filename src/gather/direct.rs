@@ -20,6 +20,7 @@ use crate::connect::Connection;
 use crate::connect::Connections;
 use crate::light::{Light, Power, Row};
 use crate::optics::Term;
+use crate::plan::Plan;
 use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
@@ -148,7 +149,9 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
 
     /// What connection `i` of a hit brings to each picture.
     fn connection(&self, open: &Open<R>, i: u32) -> [Sampled; R] {
-        let connection = self.plan.connections.to_one(&self.plan.scene, &open.point, open.sobol.point(i, 0));
+        let Plan { connections, scene, .. } = self.plan;
+        let sights = self.frame.sights.as_deref();
+        let connection = connections.to_one(scene, sights, &open.point, open.sobol.point(i, 0));
         connection.map_or([Sampled::default(); R], |connection| self.look_through(open, &connection))
     }
 

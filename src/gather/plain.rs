@@ -12,7 +12,7 @@ use crate::scene::Material;
 /// Adds up what a tile of pixels shows.
 pub(super) struct Plain<'a, P, const R: usize> {
     pub plan: &'a Plan,
-    frame: &'a Frame,
+    pub frame: &'a Frame,
     maps: &'a Maps<'a, P>,
     nearby: Nearby,
     /// The pixel under way, in its tile.

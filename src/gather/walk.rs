@@ -2,7 +2,7 @@
 
 use super::Pixel;
 use super::branches::{Parent, Surface, branches};
-use crate::connect::Connection;
+use crate::connect::{Connection, Sights};
 use crate::light::{Light, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term};
 use crate::plan::{Frame, Plan};
@@ -118,6 +118,8 @@ impl<const R: usize> Here<'_, R> {
 /// Camera paths, one after another.
 pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
     plan: &'a Plan,
+    /// What connections know.
+    sights: Option<&'a Sights>,
     /// Width and height of the film in pixels.
     film: [u32; 2],
     view: View,
@@ -130,11 +132,12 @@ pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
 
 impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     /// Through the pixels of a frame.
-    pub fn new(plan: &'a Plan, frame: &Frame, tally: T) -> Self {
+    pub fn new(plan: &'a Plan, frame: &'a Frame, tally: T) -> Self {
         let view = plan.scene.camera.view(frame.aspect());
         let film = [frame.width, frame.height];
         let growth = plan.existence.growth().max(1.0);
-        Self { plan, film, view, tally, growth, stack: Vec::new(), hits: Vec::new() }
+        let sights = frame.sights.as_deref();
+        Self { plan, sights, film, view, tally, growth, stack: Vec::new(), hits: Vec::new() }
     }
 
     /// A path through a random point of the pixel at column `x` and row `y`.
@@ -194,7 +197,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
-                let weight = plan.chance_weight(line.by_chance.as_ref(), hit, &point, wo);
+                let weight = plan.chance_weight(self.sights, line.by_chance.as_ref(), hit, &point, wo);
                 let weighed = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
                 self.tally.emitted(&weighed, mark, emission.radiance, pixel);
             }
@@ -232,8 +235,9 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
 
     /// A line that meets nothing more sees what shines at infinity.
     fn escape(&mut self, line: &Line<T::Mark, R>, rows: &[Row; R], mark: T::Mark, pixel: &mut Pixel<R>) {
-        let Self { plan, tally, .. } = self;
-        for (light, connected) in plan.connections.skies(&plan.scene, line.direction) {
+        let Self { plan, sights, tally, .. } = self;
+        let from = line.by_chance.as_ref().map(|by_chance| &by_chance.point);
+        for (light, connected) in plan.connections.skies(&plan.scene, *sights, from, line.direction) {
             let weight = match line.by_chance {
                 Some(ByChance { density, .. }) if connected > 0.0 => power_heuristic(density, connected),
                 _ => 1.0,
@@ -297,10 +301,17 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
 
 impl Plan {
     /// Weight of a luminaire at `target` that a line came upon, beside connections from where the line began.
-    fn chance_weight(&self, by_chance: Option<&ByChance>, hit: &Hit, target: &SurfacePoint, wo: Vec3) -> f32 {
+    fn chance_weight(
+        &self,
+        sights: Option<&Sights>,
+        by_chance: Option<&ByChance>,
+        hit: &Hit,
+        target: &SurfacePoint,
+        wo: Vec3,
+    ) -> f32 {
         let Some(ByChance { point, density }) = by_chance else { return 1.0 };
         let cos = wo.dot(target.normals.geometric).abs();
-        let connected = self.connections.density(&self.scene, point, target, [hit.t, cos]);
+        let connected = self.connections.density(&self.scene, sights, point, target, [hit.t, cos]);
         if connected == 0.0 { 1.0 } else { power_heuristic(*density, connected) }
     }
 }

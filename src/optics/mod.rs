@@ -17,6 +17,7 @@ mod diffuse;
 mod film;
 mod fresnel;
 mod glossy;
+mod interface;
 mod layers;
 mod microfacet;
 mod mirror;

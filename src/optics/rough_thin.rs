@@ -35,7 +35,7 @@ impl RoughThin {
 }
 
 /// 1 − 21^(−1/5): where Schlick's law reflects what it does on the average.
-const MEAN_COSINE: f64 = 0.4561;
+pub(super) const MEAN_COSINE: f64 = 0.4561;
 
 impl Rough for RoughThin {
     fn tangent(&self) -> Vec3 {

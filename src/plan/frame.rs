@@ -1,7 +1,9 @@
 //! How passes of a plan are rendered: what pilots learn, and what may differ from pass to pass or from film to film.
 
 use super::{Direct, LEVELS, Method, PhotonPlan, Plan, Settings};
+use crate::connect::Sights;
 use crate::stop::Stop;
+use std::sync::Arc;
 
 /// How a pass of a [`Plan`] is rendered: the film, the gather radii, and the photons that are shot.
 ///
@@ -25,6 +27,8 @@ pub struct Frame {
     pub direct_because: String,
     /// None: no photons and no map.
     pub photons: Option<PhotonPlan>,
+    /// What is seen from where, if connections seldom see what they are made to. None: they choose luminaires by power.
+    pub sights: Option<Arc<Sights>>,
     /// Looked at within a pass.
     pub stop: Stop,
 }
@@ -42,6 +46,7 @@ impl Frame {
             direct: plan.direct,
             direct_because: plan.direct_because.into(),
             photons: plan.photons.clone(),
+            sights: None,
             stop: Stop::default(),
         }
     }

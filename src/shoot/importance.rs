@@ -16,9 +16,12 @@ use crate::sampling::{Rng, Sobol, Stream, choose, hash};
 use crate::scene::{MatterAt, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Camera paths that find out whether there is anything to learn, and that learn it.
-const LOOKS: u32 = 1 << 14;
+/// Camera paths that find out whether there is anything to learn, and by so much denser starts must become where they are of use to
+/// look on: a few paths tell little of it.
+const LOOKS: [(u32, f64); 2] = [(1 << 13, 1.2), (1 << 16, 2.0)];
+/// Those that learn it.
 const LESSONS: u32 = 1 << 18;
 /// Paths that look for caustics, and the reflections of each: they begin with few.
 const SHOTS: u32 = 1 << 16;
@@ -31,21 +34,103 @@ const UNSEEN: f32 = 0.02;
 const EVENTS: u32 = 12;
 /// Roulette after so many.
 const CERTAIN: u32 = 3;
-/// By so much denser starts must become, where they are of use, to be worth it.
-const WORTH: f64 = 3.0;
+
+/// A place where a camera path reads light by connections.
+pub struct Place<'a> {
+    pub met: MatterAt<'a>,
+    /// Unit, to where the path came from.
+    pub wo: Vec3,
+    /// What is read of the light that leaves it.
+    pub row: Row,
+}
+
+/// Places where camera paths of these numbers read light, in their order.
+pub fn seen_places<'a>(plan: &'a Plan, frame: &Frame, paths: Range<u32>) -> Vec<Place<'a>> {
+    let each = paths.into_par_iter().map(|path| places_of(plan, frame, path));
+    each.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+fn places_of<'a>(plan: &'a Plan, frame: &Frame, path: u32) -> Vec<Place<'a>> {
+    let (mut rng, mut line) = begin(plan, frame, path);
+    let mut places = Vec::new();
+    for _ in 0..EVENTS {
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let Some(hit) = plan.rays.closest_seen(&ray) else { break };
+        let met = plan.matter_at(&hit, 0.0);
+        let (wo, row) = (-line.direction, line.row);
+        let next = scattered(plan, &line, &met, &mut rng, |lobe| lobe.as_diffuse().is_none());
+        if met.bsdf.has_finite_lobe() {
+            places.push(Place { met, wo, row });
+        }
+        let Some((next, _)) = next else { break };
+        line = next;
+    }
+    places
+}
+
+/// A path through a random point of the film.
+fn begin(plan: &Plan, frame: &Frame, path: u32) -> (Rng, Line) {
+    let view = plan.scene.camera.view(frame.aspect());
+    let mut rng = Rng::new(plan.settings.seed, Stream::Measure, u32::MAX, u64::from(path));
+    let [x, y] = rng.f32x2();
+    let (origin, direction) =
+        if view.has_lens() { view.ray_through(x, y, rng.f32x2()) } else { view.ray(x, y) };
+    (rng, Line { origin, direction, row: Row::VISIBLE, scattered: false })
+}
+
+/// Where a path goes on, straight or by one of the lobes that it may take, in proportion to what is read by it; and the lobe. None:
+/// nowhere.
+fn scattered(
+    plan: &Plan,
+    line: &Line,
+    met: &MatterAt<'_>,
+    rng: &mut Rng,
+    takes: impl Fn(&Lobe) -> bool,
+) -> Option<(Line, Option<Lobe>)> {
+    let MatterAt { point, bsdf, .. } = met;
+    let wo = -line.direction;
+    let straight = line.row * bsdf.straight;
+    let strength = |i: usize| match bsdf.terms.get(i) {
+        None => straight.total(),
+        Some(term) if takes(&term.lobe) && term.lobe.responds(&point.normals, wo) => {
+            (line.row * term.coefficient * term.lobe.share(&point.normals, wo)).total()
+        }
+        Some(_) => 0.0,
+    };
+    let (chosen, probability) = choose(bsdf.terms.len() + 1, strength, rng.f32())?;
+    let Some(term) = bsdf.terms.get(chosen) else {
+        let origin = point.origin_towards(line.direction);
+        return Some((Line { origin, row: straight * (1.0 / probability), ..*line }, None));
+    };
+    let lobe = plan.rays.lobe_at(term.lobe, point);
+    let sample = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3())?;
+    let line = Line {
+        origin: point.origin_towards(sample.to),
+        direction: sample.to,
+        row: line.row * term.coefficient * (sample.weight / probability),
+        scattered: line.scattered,
+    };
+    Some((line, Some(lobe)))
+}
 
 /// Learns which starts are of use to the picture. None: hardly fewer than all.
 pub fn learn_starts(plan: &Plan, frame: &Frame) -> Option<StartTree> {
     let photons = frame.photons.as_ref().filter(|_| !plan.settings.even_starts)?;
     let emitters = Emitters::<Light>::new(&plan.scene)?;
     let eye = Eye { plan, frame, emitters, direct: photons.classes.direct };
-    // What some tell must hold for others.
-    let (learned, asked) = (eye.look(0..LOOKS), eye.look(LOOKS..2 * LOOKS));
-    let gain = StartTree::new(learned)?.gain_for(&asked);
-    if gain < WORTH {
-        return None;
+    let mut next = 0;
+    let mut look = |paths: u32| {
+        next += paths;
+        eye.look(next - paths..next)
+    };
+    for (paths, worth) in LOOKS {
+        // What some tell must hold for others.
+        let (learned, asked) = (look(paths), look(paths));
+        if StartTree::new(learned)?.gain_for(&asked) < worth {
+            return None;
+        }
     }
-    let mut useful = eye.look(2 * LOOKS..2 * LOOKS + LESSONS);
+    let mut useful = look(LESSONS);
     let tree = StartTree::new(useful.clone())?;
     if !photons.classes.caustic {
         return Some(tree);
@@ -81,7 +166,7 @@ struct Line {
 
 impl Eye<'_> {
     /// What was of use to paths of these numbers, in their order.
-    fn look(&self, paths: std::ops::Range<u32>) -> Vec<Useful> {
+    fn look(&self, paths: Range<u32>) -> Vec<Useful> {
         let each = paths.into_par_iter().map(|path| self.path(path));
         each.collect::<Vec<_>>().into_iter().flatten().collect()
     }
@@ -121,13 +206,8 @@ impl Eye<'_> {
     }
 
     fn path(&self, path: u32) -> Vec<Useful> {
-        let Frame { width, height, .. } = *self.frame;
-        let view = self.plan.scene.camera.view(width as f32 / height as f32);
-        let mut rng = Rng::new(self.plan.settings.seed, Stream::Measure, u32::MAX, u64::from(path));
-        let [x, y] = rng.f32x2();
-        let (origin, direction) =
-            if view.has_lens() { view.ray_through(x, y, rng.f32x2()) } else { view.ray(x, y) };
-        let mut line = Some(Line { origin, direction, row: Row::VISIBLE, scattered: false });
+        let (mut rng, first) = begin(self.plan, self.frame, path);
+        let mut line = Some(first);
         let mut useful = Vec::new();
         for event in 0..EVENTS {
             let Some(current) = line else { break };
@@ -139,47 +219,17 @@ impl Eye<'_> {
     /// To the next surface. None: the path ends.
     fn follow(&self, line: &Line, event: u32, rng: &mut Rng, useful: &mut Vec<Useful>) -> Option<Line> {
         let plan = self.plan;
-        let hit = plan.rays.closest(&Ray {
-            origin: line.origin,
-            direction: line.direction,
-            t_max: f32::INFINITY,
-        })?;
-        let met = plan.matter_at(&hit, 0.0);
-        let MatterAt { surface, point, bsdf, .. } = &met;
-        let wo = -line.direction;
+        let ray = Ray { origin: line.origin, direction: line.direction, t_max: f32::INFINITY };
+        let met = plan.matter_at(&plan.rays.closest(&ray)?, 0.0);
         if line.scattered || self.direct {
             self.aim(line, &met, rng, useful);
         }
-        let straight = line.row * bsdf.straight;
-        let strength = |i: usize| match bsdf.terms.get(i) {
-            None => straight.total(),
-            Some(term) if term.lobe.responds(&point.normals, wo) => {
-                (line.row * term.coefficient * term.lobe.share(&point.normals, wo)).total()
-            }
-            Some(_) => 0.0,
-        };
-        let (chosen, mut probability) = choose(bsdf.terms.len() + 1, strength, rng.f32())?;
-        if event >= CERTAIN {
-            let survival = (0..=bsdf.terms.len()).map(strength).sum::<f32>() / line.row.total();
-            let survival = survival.clamp(0.1, 1.0);
-            if rng.f32() >= survival {
-                return None;
-            }
-            probability *= survival;
-        }
-        let Some(term) = bsdf.terms.get(chosen) else {
-            let origin = point.origin_towards(line.direction);
-            return Some(Line { origin, row: straight * (1.0 / probability), ..*line });
-        };
-        let lobe = plan.rays.lobe_at(term.lobe, point);
-        let sample = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3())?;
-        let takes = self.frame.photons.as_ref().is_some_and(|p| p.deposits[surface.material as usize]);
-        Some(Line {
-            origin: point.origin_towards(sample.to),
-            direction: sample.to,
-            row: line.row * term.coefficient * (sample.weight / probability),
-            scattered: line.scattered || (takes && lobe.as_diffuse().is_some()),
-        })
+        let (next, lobe) = scattered(plan, line, &met, rng, |_| true)?;
+        let takes = self.frame.photons.as_ref().is_some_and(|p| p.deposits[met.surface.material as usize]);
+        let scattered = line.scattered || (takes && lobe.is_some_and(|lobe| lobe.as_diffuse().is_some()));
+        let survival =
+            if event < CERTAIN { 1.0 } else { (next.row.total() / line.row.total()).clamp(0.1, 1.0) };
+        (rng.f32() < survival).then(|| Line { row: next.row * (1.0 / survival), scattered, ..next })
     }
 
     /// Remembers the start that brings light to a surface, and how much of it the picture reads.

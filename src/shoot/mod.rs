@@ -6,7 +6,7 @@ mod importance;
 mod lessons;
 mod levels;
 
-pub use importance::learn_starts;
+pub use importance::{Place, learn_starts, seen_places};
 pub use lessons::learn_guide;
 
 use crate::emission::{Beam, Emitted, Emitters, Falloff};

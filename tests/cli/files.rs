@@ -278,6 +278,30 @@ fn a_picture_that_shows_nothing_comes_with_a_word() {
 }
 
 #[test]
+fn a_preview_is_exposed_by_itself_and_its_file_says_how() {
+    let folder = folder("b.bin", "t.png", 2.0);
+    let render = |more: &str| done(folder.path(), &format!("render s.gltf {SMALL} -o a.exr {more}"));
+    let picture = || read_exr(&folder.path().join("a.exr")).expect("a picture");
+    let preview = || fs::read(folder.path().join("a.png")).expect("a preview");
+    assert!(!render("").contains("shown at exposure"));
+    let (linear, plain) = (picture(), preview());
+    assert_eq!(linear.header.get("view").map(ToString::to_string).as_deref(), Some("standard"));
+    assert_eq!(linear.header.get("exposure").and_then(|stops| stops.as_real()), Some(0.0));
+    let told = render("--exposure auto --view neutral");
+    let shown = picture();
+    let stops = shown.header.get("exposure").and_then(|stops| stops.as_real()).expect("an exposure");
+    assert!(told.contains(&format!("note: shown at exposure {stops:.2}")) && stops != 0.0, "{told}");
+    assert_eq!(shown.header.get("view").map(ToString::to_string).as_deref(), Some("neutral"));
+    assert_eq!(shown.layer("visible"), linear.layer("visible"));
+    assert_ne!(preview(), plain);
+    for (wrong, word) in [("--exposure bright", "write auto"), ("--view filmic", "standard, neutral or agx")]
+    {
+        let output = halflight(folder.path(), &format!("render s.gltf {SMALL} -o b.png {wrong}"));
+        assert!(output.status.code() == Some(2) && said(&output).contains(word), "{}", said(&output));
+    }
+}
+
+#[test]
 fn light_beyond_single_precision_is_said_and_is_no_success() {
     let folder = folder("b.bin", "t.png", 3e38);
     for limit in ["--passes 2", "--error 0.1"] {

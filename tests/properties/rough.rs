@@ -195,10 +195,14 @@ fn samples_follow_densities_and_carry_what_values_say() {
 
 /// Reflectance or transmittance for light from everywhere, by samples, and its standard error.
 fn passed_on(lobe: &Lobe, normals: &Normals, from: Vec3, n: u32) -> (f64, f64) {
+    passed(lobe, normals, from, Transport::Gathering, n)
+}
+
+fn passed(lobe: &Lobe, normals: &Normals, from: Vec3, transport: Transport, n: u32) -> (f64, f64) {
     let mut rng = Rng::new(21, Stream::Test, 0, 0);
     let (mut sum, mut squares) = (0.0, 0.0);
     for _ in 0..n {
-        let sample = lobe.sample(normals, from, Transport::Gathering, rng.f32x3());
+        let sample = lobe.sample(normals, from, transport, rng.f32x3());
         let weight = sample.map_or(0.0, |sample| f64::from(sample.weight.x));
         sum += weight;
         squares += weight * weight;
@@ -259,6 +263,32 @@ fn a_white_rough_mirror_is_as_white_as_the_room() {
             assert!((seen - 1.0).abs() < 2e-3 + 3.5 * error && error < 4e-3, "{alpha} {z}: {seen} ± {error}");
         }
     }
+}
+
+#[test]
+fn clear_rough_glass_is_invisible_in_a_white_room() {
+    let normals = Normals::flat(Vec3::Z);
+    for roughness in ROUGHNESSES {
+        for ior in [1.5, 1.1, 2.4, 0.7] {
+            let alpha = (roughness * roughness).max(1e-5);
+            let glass = Lobe::RoughDielectric(RoughDielectric { ior, alpha, tint: Vec3::ONE });
+            for z in [1.0_f32, 0.8, 0.6, 0.4, 0.15, 0.05] {
+                for side in [1.0, -1.0] {
+                    let from = warp::about_z(side * z, 0.3);
+                    let (seen, error) = went_on(&glass, &normals, from, 40_000);
+                    assert!(
+                        (seen - 1.0).abs() < 0.01 + 3.5 * error && error < 4e-3,
+                        "{glass:?} {from}: {seen} ± {error}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// What goes on of a watt that is shot, by samples, and its standard error.
+fn went_on(lobe: &Lobe, normals: &Normals, from: Vec3, n: u32) -> (f64, f64) {
+    passed(lobe, normals, from, Transport::Shooting, n)
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::distribution::{Distribution, integral};
 use crate::light::Light;
 use crate::sampling::warp;
 use glam::{Mat3, Vec3};
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, TAU};
 use std::sync::Arc;
 
 /// The light of the sky that is seen, where it is not that which lights.
@@ -44,11 +44,8 @@ pub fn upright(rotation: f32) -> Mat3 {
     Mat3::from_rotation_y(rotation.rem_euclid(360.0).to_radians())
 }
 
-/// Rows of a panorama below which rows are divided: within one the solid angle of texels should hardly differ.
+/// Rows of a panorama below which rows are divided: directions within a texel are chosen alike, and it should hardly differ there.
 const FINE: u32 = 256;
-
-/// ∫ dω du dv at the horizon: 2π of azimuth times π of zenith angle.
-const SQUARE: f32 = 2.0 * PI * PI;
 
 impl Environment {
     /// `name` is for messages; `strength` ≥ 0 scales what lights; `turn` is a rotation, as [`upright`] makes them.
@@ -111,9 +108,9 @@ impl Environment {
         let to = match &self.distribution {
             Some(distribution) if a >= self.uniform => {
                 let a = ((a - self.uniform) / (1.0 - self.uniform)).min(1.0 - f32::EPSILON);
-                (self.turn * Panorama::direction(distribution.sample(&self.panorama, [a, b]))).normalize()
+                (self.turn * distribution.sample(&self.panorama, [a, b])).normalize()
             }
-            _ => warp::sphere([(a / self.uniform).min(1.0 - f32::EPSILON), b]),
+            _ => warp::sphere([b, (a / self.uniform).min(1.0 - f32::EPSILON)]),
         };
         (to, self.density(to))
     }
@@ -122,11 +119,24 @@ impl Environment {
     pub fn density(&self, to: Vec3) -> f32 {
         let even = self.uniform * 0.25 * FRAC_1_PI;
         let Some(distribution) = &self.distribution else { return even };
-        // f32 knows no direction nearer to a pole.
-        let own = self.turn.transpose() * to;
-        let sine = own.x.hypot(own.z).max(f32::EPSILON);
-        let density = distribution.density(&self.panorama, Panorama::place(own)) / (SQUARE * sine);
-        even + (1.0 - self.uniform) * density
+        even + (1.0 - self.uniform) * distribution.density(&self.panorama, self.turn.transpose() * to)
+    }
+
+    /// The numbers that [`sample`](Self::sample) makes a direction of: its inverse, where
+    /// it [has one](Self::is_invertible).
+    pub fn numbers(&self, to: Vec3) -> [f32; 2] {
+        match &self.distribution {
+            None => [(to.y.atan2(to.x) / TAU).rem_euclid(1.0), 0.5 - 0.5 * to.z],
+            Some(distribution) => {
+                let [a, b] = distribution.numbers(&self.panorama, self.turn.transpose() * to);
+                [self.uniform + a * (1.0 - self.uniform), b]
+            }
+        }
+    }
+
+    /// True where each direction has but one pair of [`numbers`](Self::numbers).
+    pub fn is_invertible(&self) -> bool {
+        self.uniform == 0.0 || self.distribution.is_none()
     }
 
     /// Chooses directions also by what is seen alone, where matter makes light of that.
@@ -207,6 +217,8 @@ fn finer(panorama: Panorama) -> Panorama {
 mod tests {
     use super::*;
     use crate::sampling::Sobol;
+    use glam::Vec2;
+    use std::f32::consts::PI;
 
     /// A sky with a small sun, dim elsewhere, and something at both poles.
     fn sky(width: u32, height: u32) -> Environment {
@@ -217,6 +229,21 @@ mod tests {
         };
         let panorama = Panorama::of_texels(width, height, (0..width * height).map(texel).collect());
         Environment::new("test", panorama, 0.7, upright(33.0), Background::Same)
+    }
+
+    #[test]
+    fn numbers_and_directions_are_one() {
+        for (width, height) in [(1, 1), (7, 5), (64, 32), (40, 300)] {
+            let sky = if width == 1 { Environment::constant(Vec3::ONE) } else { sky(width, height) };
+            for i in 0..2000 {
+                let numbers = Sobol::new(4).point::<2>(i, 0);
+                let (to, _) = sky.sample(numbers);
+                let (again, _) = sky.sample(sky.numbers(to));
+                assert!(again.distance(to) < 2e-3, "{width}x{height}: {numbers:?}, {to}, {again}");
+                let off = (Vec2::from(sky.numbers(to)) - Vec2::from(numbers)).abs();
+                assert!(off.max_element() < 2e-3 || to.y.abs() > 0.999, "{numbers:?}, {:?}", sky.numbers(to));
+            }
+        }
     }
 
     #[test]

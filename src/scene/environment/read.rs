@@ -135,7 +135,7 @@ fn find(meta: &MetaData) -> std::result::Result<Found, String> {
     }
     let find = |names: &[&str]| {
         meta.headers.iter().filter(|header| !header.deep).find_map(|header| {
-            let channel = |name: &&str| header.channels.list.iter().find(|channel| channel.name.eq(*name));
+            let channel = |name: &&str| header.channels.list.iter().find(|channel| channel.name.eq(name));
             let kinds: Option<Vec<_>> = names.iter().map(|name| Some(channel(name)?.sample_type)).collect();
             let half = kinds?.iter().all(|kind| *kind == SampleType::F16);
             Some(Found { size: header.layer_size, colours: names.len() == 3, half })

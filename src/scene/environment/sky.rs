@@ -118,7 +118,7 @@ impl Sky {
         let from_sun = f64::from(direction.y) * Sun::PROJECTED * radiance.as_dvec3();
         let ground = ALBEDO / PI * (from_sky + from_sun);
         let below = std::iter::repeat_n(ground, (width * (height - height / 2)) as usize);
-        let texels = sky.into_iter().chain(below).map(|texel| texel.as_vec3()).collect();
+        let texels = sky.into_iter().chain(below).map(DVec3::as_vec3).collect();
         Panorama::of_texels(width, height, texels)
     }
 }

@@ -7,6 +7,8 @@
 //!
 //! Nothing here looks at a clock: equal scenes, settings and seeds make equal choices on every machine.
 
+mod sights;
+
 use crate::gather::ALPHA;
 use crate::light::Light;
 use crate::pass::look;
@@ -14,6 +16,7 @@ use crate::photon::Photons;
 use crate::plan::{DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, PerPath, PhotonClasses, PhotonPlan, Plan};
 use crate::shoot::{learn_guide, learn_starts, shoot};
 use glam::DVec3;
+use sights::learn_sights;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -66,7 +69,8 @@ impl Quality {
 /// to us.
 pub fn learn(plan: &Plan) -> Frame {
     let frame = learn_photons(plan);
-    if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame }
+    let frame = if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame };
+    if plan.is_endless() { frame } else { Frame { sights: learn_sights(plan, &frame), ..frame } }
 }
 
 /// The same, but that direct light is served as logic has it.
