@@ -1,5 +1,6 @@
 //! What goes in: real files, built-in scenes and everything that can be wrong with a file.
 
+mod area;
 mod around;
 mod bounds;
 mod builtin;

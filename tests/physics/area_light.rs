@@ -1,12 +1,16 @@
 //! A square luminaire above a plane: irradiance below its centre, and what shadows do to it.
 
 use crate::support::{Build, diffuse, glow, look, measure, small};
-use glam::Vec3;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::{Mat4, Vec3};
 use halflight::film::Layer;
 use halflight::plan::{Direct, Method, Settings};
 use halflight::render::Render;
 use halflight::scene::{Backs, Illumination, Scene};
+use serde_json::{Value, json};
 use std::f64::consts::PI;
+use tempfile::TempDir;
 
 const RADIANCE: f64 = 3.0;
 const HALF: f64 = 0.5;
@@ -142,4 +146,75 @@ fn local_keeps_attached_shadows() {
     build.sphere(Vec3::ZERO, 0.5, (64, 32), false, ball);
     build.quad(Vec3::new(-0.2, 2.0, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4, lamp);
     assert_eq!(measure(build.finish(), small(16, 16, 1), 4).mean, 0.0);
+}
+
+/// The same floor below the middle of a lamp that looks down from a file.
+fn of_file(lamp: Value) -> Scene {
+    let floor = [[-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [2.0, 0.0, -2.0_f32]];
+    let bytes: Vec<u8> = floor.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let eye = Mat4::look_at_rh(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO, Vec3::Y).inverse();
+    let down = Mat4::from_translation(Vec3::Y * HEIGHT as f32) * Mat4::from_rotation_x(-0.5 * PI as f32);
+    let mut lamp = lamp;
+    lamp["matrix"] = json!(down.to_cols_array());
+    let file = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0, 1, 2] }],
+        "nodes": [{ "mesh": 0 }, lamp, { "camera": 0, "matrix": eye.to_cols_array() }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "mode": 5, "material": 0 }] }],
+        "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": [ALBEDO, ALBEDO, ALBEDO, 1] },
+            "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } }],
+        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": INTENSITY }] } },
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 0.004, "znear": 0.1 } }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4,
+            "min": [-2, 0, -2], "max": [2, 0, 2] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": bytes.len() }],
+        "buffers": [{ "byteLength": bytes.len(),
+            "uri": format!("data:application/octet-stream;base64,{}", STANDARD.encode(&bytes)) }]
+    });
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path().join("lamp.gltf");
+    std::fs::write(&path, file.to_string()).expect("written");
+    Scene::load(path).expect("a good file")
+}
+
+/// W sr⁻¹ of the point light that the lamps stand for, or π of it, or 4π of it, W.
+const INTENSITY: f64 = 2.0;
+const RADIUS: f64 = 0.4;
+
+/// Irradiance (W m⁻²) below the middle of the lamp, by connections, along paths and by photons.
+fn must_light(lamp: &Value, irradiance: f64, rounding: f64) {
+    let path = Settings { method: Method::Path, samples: 16, ..small(16, 16, 1) };
+    let photons = Settings { direct: Direct::Photons, indirect_radius: 50.0, ..small(8, 8, 100_000) };
+    for (settings, passes) in [(small(16, 16, 1), 64), (path, 16), (photons, 96)] {
+        measure(of_file(lamp.clone()), settings, passes).must_be(ALBEDO / PI * irradiance, rounding);
+    }
+}
+
+/// A light with these extras.
+fn light(extras: Value) -> Value {
+    json!({ "extras": extras, "extensions": { "KHR_lights_punctual": { "light": 0 } } })
+}
+
+#[test]
+fn a_disk_of_a_file_lights_what_is_below_it() {
+    // π L r² / (r² + h²), and L is I / π r², or P / π² r².
+    let irradiance = INTENSITY / (RADIUS * RADIUS + HEIGHT * HEIGHT);
+    must_light(&light(json!({ "disk": RADIUS })), irradiance, 0.001);
+    must_light(&json!({ "extras": { "disk": RADIUS, "power": PI * INTENSITY } }), irradiance, 0.001);
+}
+
+#[test]
+fn a_sphere_of_a_file_lights_as_the_point_in_its_middle() {
+    // π L r² / h², and L is I / π r², or P / 4π² r².
+    let irradiance = INTENSITY / (HEIGHT * HEIGHT);
+    must_light(&light(json!({ "sphere": RADIUS })), irradiance, 0.003);
+    must_light(&json!({ "extras": { "sphere": RADIUS, "power": 4.0 * PI * INTENSITY } }), irradiance, 0.003);
+}
+
+#[test]
+fn a_rectangle_of_a_file_lights_what_is_below_it() {
+    let (width, height) = (0.6, 1.4);
+    let form = 4.0 * corner_form_factor(0.5 * width, 0.5 * height, HEIGHT);
+    let lamp = json!({ "extras": { "area": [width, height], "radiance": RADIANCE } });
+    must_light(&lamp, PI * RADIANCE * form, 0.001);
+    must_light(&light(json!({ "area": [width, height] })), PI * INTENSITY / (width * height) * form, 0.001);
 }

@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::accessor::Accessors;
+use super::area;
 use super::graph::Placed;
 use super::instances;
 use gltf::Semantic;
@@ -68,8 +69,13 @@ pub(super) fn check(
         let count = meshes.get(place.node.mesh?.value())?;
         Some(count.times(instances::count(accessors, place.node)))
     };
+    let of_lamp = |place: &Placed<'_>| {
+        let [triangles, vertices] = area::size(accessors.root, place);
+        Count { triangles, vertices, ..Count::default() }
+    };
+    let lamps = placed.iter().map(of_lamp);
     let Count { triangles, vertices, moved, dressed } =
-        placed.iter().filter_map(of_place).fold(Count::default(), Count::plus);
+        placed.iter().filter_map(of_place).chain(lamps).fold(Count::default(), Count::plus);
     if moved > most.saturating_mul(MOVED_PER_TRIANGLE) {
         return Err(format!(
             "its morph targets move {moved} vertices, which is more than --max-triangles {most} allows ({MOVED_PER_TRIANGLE} \

@@ -15,15 +15,17 @@ pub(super) enum Place {
     Scene,
     Material,
     Light,
+    /// A node that only stands somewhere.
+    Empty,
     Camera,
-    /// A node or a mesh.
+    /// Another node, or a mesh.
     Elsewhere,
 }
 
 const ILLUMINATION: &str = "illumination";
 const OPAQUE: &str = "opaque";
 const STRAIGHT: &str = "straight";
-const EMISSION: &str = "emission";
+pub(super) const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
 const ANGLE: &str = "angle";
@@ -35,12 +37,17 @@ const ENVIRONMENT: &str = "environment";
 const ROTATION: &str = "environment-rotation";
 const STRENGTH: &str = "environment-strength";
 const BACKGROUND: &str = "background";
+pub(super) const AREA: &str = "area";
+pub(super) const DISK: &str = "disk";
+pub(super) const SPHERE: &str = "sphere";
+pub(super) const WATTS: &str = "power";
+pub(super) const RADIANCE: &str = "radiance";
 /// Every key of ours with where it is read.
 const KEYS: &[(&str, &[Place], &str)] = &[
     (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
     (OPAQUE, &[Place::Material], "materials"),
     (STRAIGHT, &[Place::Material], "materials"),
-    (EMISSION, &[Place::Material, Place::Light], "materials and lights"),
+    (EMISSION, &[Place::Material, Place::Light, Place::Empty], "materials and lights"),
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
     (ANGLE, &[Place::Light], "directional lights"),
@@ -52,7 +59,15 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (ROTATION, &[Place::Scene], "scenes"),
     (STRENGTH, &[Place::Scene], "scenes"),
     (BACKGROUND, &[Place::Scene], "scenes"),
+    (AREA, LAMPS, "lights and empty nodes"),
+    (DISK, LAMPS, "lights and empty nodes"),
+    (SPHERE, LAMPS, "lights and empty nodes"),
+    (WATTS, &[Place::Empty], "empty nodes"),
+    (RADIANCE, &[Place::Empty], "empty nodes"),
 ];
+
+/// What may have an extent.
+const LAMPS: &[Place] = &[Place::Light, Place::Empty];
 
 /// The height of the sensor that an f-number is meant for, m: that of a film of 36 × 24 mm.
 const SENSOR: f32 = 0.024;
@@ -86,9 +101,14 @@ impl Extras {
         Self { owner, values }
     }
 
-    /// True when one of our keys is there.
-    pub fn has_emission(&self) -> bool {
-        self.values.contains_key(EMISSION)
+    /// True when it is there.
+    pub fn has(&self, key: &str) -> bool {
+        self.values.contains_key(key)
+    }
+
+    /// What is wrong with them, for messages.
+    pub fn wrong(&self, what: &str) -> Reason {
+        format!("{}: extras {what}", self.owner)
     }
 
     /// `illumination`: a word or `[s, t]`.
@@ -150,7 +170,7 @@ impl Extras {
         let fstop = self.number(FSTOP, "a number above 0, such as 2.8", above)?;
         let radius = self.number(APERTURE, "half the diameter of the lens, m, from 0 up", |x| *x >= 0.0)?;
         let focus = self.number(FOCUS, "the distance of what is sharp, m, above 0", above)?;
-        let wrong = |what: &str| Err(format!("{}: extras {what}", self.owner));
+        let wrong = |what: &str| Err(self.wrong(what));
         let key = match (fstop, radius) {
             (None, None) if focus.is_none() => return Ok(None),
             (None, None) => {
@@ -189,7 +209,13 @@ impl Extras {
         })
     }
 
-    fn number(&self, key: &str, allowed: &str, fits: impl Fn(&f32) -> bool) -> Result<Option<f32>, Reason> {
+    /// A finite number that fits.
+    pub fn number(
+        &self,
+        key: &str,
+        allowed: &str,
+        fits: impl Fn(&f32) -> bool,
+    ) -> Result<Option<f32>, Reason> {
         self.read(key, allowed, |value| Some(value.as_f64()? as f32).filter(|x| x.is_finite() && fits(x)))
     }
 
@@ -208,7 +234,8 @@ impl Extras {
         self.number(ANGLE, allowed, |x| *x == 0.0 || (LEAST_ANGLE..=180.0).contains(x))
     }
 
-    fn read<T>(
+    /// What is under a key, parsed. None: nothing is there.
+    pub fn read<T>(
         &self,
         key: &str,
         allowed: &str,
@@ -253,7 +280,8 @@ impl EmissionScale {
     }
 }
 
-fn numbers<const N: usize>(value: &Value) -> Option<[f32; N]> {
+/// As many finite numbers as asked for.
+pub(super) fn numbers<const N: usize>(value: &Value) -> Option<[f32; N]> {
     let number = |x: &Value| x.as_f64().map(|x| x as f32).filter(|x| x.is_finite());
     let numbers: Option<Vec<f32>> = value.as_array()?.iter().map(number).collect();
     numbers?.try_into().ok()

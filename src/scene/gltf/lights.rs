@@ -1,6 +1,7 @@
 //! KHR_lights_punctual.
 
 use super::Reason;
+use super::extent::Extent;
 use super::extras::{Extras, Place};
 use super::graph::Placed;
 use super::notes::{Notes, label};
@@ -77,28 +78,18 @@ pub(super) fn punctual(
     radius: f32,
     notes: &mut Notes,
 ) -> Result<Vec<Luminaire>, Reason> {
-    let sources = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-    let sources = sources.map_or(&[][..], |lights| &lights.lights);
-    let unit = Unit::of(root.asset.generator.as_deref());
     let mut luminaires = Vec::new();
     for place in placed {
-        let Some(light) = place.node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) else {
+        let Some(lamp) = lamp(root, place, notes)? else { continue };
+        if lamp.extra(Extent::of)?.is_some() {
             continue;
-        };
-        let index = light.light.value();
-        let source = sources
-            .get(index)
-            .ok_or_else(|| format!("{}: its light {index} does not exist; export it again", place.label()))?;
-        let mut lamp = Lamp::new(source, index, place, notes)?;
-        unit.convert(&mut lamp, notes);
+        }
+        let source = lamp.source;
         if source.spot.as_ref().is_some_and(|spot| spot.outer_cone_angle < THIN) {
             notes.about(
                 "spots that light less than a pixel: photons show them, paths hardly ever meet them",
                 &lamp.name,
             );
-        }
-        if source.range.is_some() {
-            notes.about("the range of lights is ignored, light has none", &lamp.name);
         }
         let sun = matches!(source.type_, Checked::Valid(Type::Directional));
         if !sun && lamp.extra(Extras::angle)?.is_some() {
@@ -120,14 +111,40 @@ pub(super) fn punctual(
     Ok(luminaires)
 }
 
+/// The light at a node with its number. None: there is none.
+pub(super) fn source<'a>(root: &'a Root, place: &Placed<'_>) -> Result<Option<(usize, &'a Source)>, Reason> {
+    let of_node = place.node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    let Some(index) = of_node.map(|of_node| of_node.light.value()) else { return Ok(None) };
+    let sources = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    let source = sources.and_then(|lights| lights.lights.get(index));
+    let missing = || format!("{}: its light {index} does not exist; export it again", place.label());
+    source.ok_or_else(missing).map(|source| Some((index, source)))
+}
+
+/// The light at a node in radiant units. None: there is none.
+pub(super) fn lamp<'a>(
+    root: &'a Root,
+    place: &Placed<'_>,
+    notes: &mut Notes,
+) -> Result<Option<Lamp<'a>>, Reason> {
+    let Some((index, source)) = source(root, place)? else { return Ok(None) };
+    let mut lamp = Lamp::new(source, index, place, notes)?;
+    Unit::of(root.asset.generator.as_deref()).convert(&mut lamp, notes);
+    if source.range.is_some() {
+        notes.about("the range of lights is ignored, light has none", &lamp.name);
+    }
+    Ok(Some(lamp))
+}
+
 /// One light at one node.
-struct Lamp<'a> {
+pub(super) struct Lamp<'a> {
     source: &'a Source,
-    name: String,
-    label: String,
+    pub name: String,
+    pub label: String,
     /// Extras of the light; those of the node stand over them, because Blender writes object properties there.
     extras: [Extras; 2],
-    rgb: Vec3,
+    /// W sr⁻¹, or W m⁻² of parallel light.
+    pub rgb: Vec3,
     forward: Vec3,
 }
 
@@ -147,18 +164,26 @@ impl<'a> Lamp<'a> {
     }
 
     /// The first of the extras that has it.
-    fn extra<T>(&self, read: impl Fn(&Extras) -> Result<Option<T>, Reason>) -> Result<Option<T>, Reason> {
+    pub fn extra<T>(&self, read: impl Fn(&Extras) -> Result<Option<T>, Reason>) -> Result<Option<T>, Reason> {
         let [node, light] = &self.extras;
         let own = read(light)?;
         Ok(read(node)?.or(own))
     }
 
+    /// Point, spot or directional.
+    pub fn kind(&self) -> Result<Type, Reason> {
+        match self.source.type_ {
+            Checked::Valid(kind) => Ok(kind),
+            Checked::Invalid => {
+                Err(format!("{}: its type is not point, spot or directional; correct it", self.label))
+            }
+        }
+    }
+
     fn luminaire(&self, position: Vec3) -> Result<Luminaire, Reason> {
         let light = self.extra(Extras::emission)?.unwrap_or_default().of(self.rgb);
         let warn = self.extra(Extras::warn)?;
-        let Checked::Valid(kind) = self.source.type_ else {
-            return Err(format!("{}: its type is not point, spot or directional; correct it", self.label));
-        };
+        let kind = self.kind()?;
         if !light.is_finite() || !position.is_finite() {
             return Err(format!("{}: its power or place is not finite; correct it", self.label));
         }

@@ -2,7 +2,7 @@
 
 use super::Reason;
 use super::extensions::{Standing, standing};
-use super::extras::{EmissionScale, Extras, Place};
+use super::extras::{EMISSION, EmissionScale, Extras, Place};
 use super::image::Images;
 use super::notes::{Notes, label};
 use super::parameters::parameters;
@@ -231,7 +231,7 @@ impl Reader {
             true => self.extremes[1].base == Vec3::ZERO,
             false => self.pbr.emissive.factor == Vec3::ZERO,
         };
-        if dark && self.extras.has_emission() {
+        if dark && self.extras.has(EMISSION) {
             notes.about("extras `emission` without effect, because nothing is emitted", &self.label);
         }
         let see_through = self.pbr.two_sided || self.is_glass() || self.pbr.translucence.factor > 0.0;

@@ -5,11 +5,13 @@
 
 mod accessor;
 mod animation;
+mod area;
 mod camera;
 mod container;
 mod count;
 mod document;
 mod extensions;
+mod extent;
 mod extras;
 mod files;
 mod geometry;
@@ -114,6 +116,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
     let form = Form { weights, variant };
     scene.shapes = shapes(&accessors, &placed, &form, &mut materials, &mut notes)?;
     scene.materials = materials.finish();
+    area::add(&root, &placed, &mut scene, &mut notes)?;
     let wanted = choice.camera.as_deref();
     let mut assembly = scene.assemble(camera::eye(&root, &placed, wanted))?;
     assembly.lines().into_iter().for_each(|line| notes.line(line));
@@ -318,7 +321,8 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
     for place in placed {
         let node = place.node;
         if node.extensions.as_ref().is_none_or(|e| e.khr_lights_punctual.is_none()) {
-            Extras::new(&node.extras, place.label(), Place::Elsewhere, notes);
+            let at = if area::is_empty(node) { Place::Empty } else { Place::Elsewhere };
+            Extras::new(&node.extras, place.label(), at, notes);
         }
         let others = node.extensions.iter().flat_map(|e| &e.others);
         for (name, _) in others.filter(|(name, _)| standing(name) != Some(Standing::Fine)) {
