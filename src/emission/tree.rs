@@ -41,15 +41,10 @@ pub struct StartTree {
 #[derive(Clone, Copy, Debug)]
 enum Node {
     /// Below `at` of its own side `axis` (0 to 1) goes this share of the node's probability, to the next node; the rest to `above`.
-    Divided {
-        axis: u8,
-        at: f32,
-        below: f32,
-        above: u32,
-    },
-    Part,
+    Divided { axis: u8, at: f32, below: f32, above: u32 },
+    /// With its share of the cube, and of what was of use.
+    Part { volume: f64, mass: f64 },
 }
-
 /// A box that is being divided.
 struct Part {
     low: [f32; EMISSION_DIMENSIONS],
@@ -60,11 +55,6 @@ struct Part {
 }
 
 impl Part {
-    /// The share of all paths that starts here.
-    fn probability(&self) -> f64 {
-        EVEN * self.volume + (1.0 - EVEN) * self.mass
-    }
-
     /// Below and above `at` (0 to 1) of a side, below with the share `mass` of its mass.
     fn divided(&self, axis: usize, at: f32, mass: f64) -> [Self; 2] {
         let middle = self.low[axis] + at * (self.high[axis] - self.low[axis]);
@@ -112,6 +102,7 @@ impl StartTree {
             mass: 1.0,
         };
         tree.grow(&whole, &mut useful);
+        tree.share_out(0, 1.0 / tree.wishes());
         tree.gain = tree.gain_for(&useful);
         (tree.nodes.len() > 1).then_some(tree)
     }
@@ -121,13 +112,12 @@ impl StartTree {
         let cut =
             if useful.len() < FEW || self.nodes.len() > 2 * PARTS { None } else { best_cut(part, useful) };
         let Some(Cut { axis, at, mass, .. }) = cut else {
-            self.nodes.push(Node::Part);
+            self.nodes.push(Node::Part { volume: part.volume, mass: part.mass });
             return;
         };
         let [below, above] = part.divided(axis, at, mass);
-        let share = below.probability() / (below.probability() + above.probability());
         let node = self.nodes.len();
-        self.nodes.push(Node::Divided { axis: axis as u8, at, below: share as f32, above: 0 });
+        self.nodes.push(Node::Divided { axis: axis as u8, at, below: 0.0, above: 0 });
         useful.sort_unstable_by(|a, b| a.start[axis].total_cmp(&b.start[axis]));
         let middle = useful.partition_point(|one| one.start[axis] < above.low[axis]);
         let (first, second) = useful.split_at_mut(middle);
@@ -137,6 +127,29 @@ impl StartTree {
             *above = next;
         }
         self.grow(&above, second);
+    }
+
+    /// The sum of what parts wish for: see [`wish`].
+    fn wishes(&self) -> f64 {
+        let each = self.nodes.iter().map(|node| match *node {
+            Node::Part { volume, mass } => wish(volume, mass),
+            Node::Divided { .. } => 0.0,
+        });
+        each.sum()
+    }
+
+    /// Sets by which share paths go below in a node and all nodes under it; returns its probability. `scale` makes all wishes one.
+    fn share_out(&mut self, node: usize, scale: f64) -> f64 {
+        match self.nodes[node] {
+            Node::Part { volume, mass } => EVEN * volume + (1.0 - EVEN) * scale * wish(volume, mass),
+            Node::Divided { above: next, .. } => {
+                let (first, second) = (self.share_out(node + 1, scale), self.share_out(next as usize, scale));
+                if let Node::Divided { below, .. } = &mut self.nodes[node] {
+                    *below = (first / (first + second)) as f32;
+                }
+                first + second
+            }
+        }
     }
 
     /// The start that even numbers become, and its density.
@@ -200,6 +213,13 @@ impl StartTree {
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
     }
+}
+
+/// How many paths a part should get. Noise falls fastest if starts are as dense as what they bring in the mean, where each brings
+/// as much, and as the root of that, where each brings all or nothing: far from what is seen many start in vain. Nobody knows
+/// which it is; this lies between.
+fn wish(volume: f64, mass: f64) -> f64 {
+    volume * (mass / volume).powf(0.75)
 }
 
 /// The division that tells most, where one tells enough.
@@ -292,8 +312,9 @@ mod tests {
         let starts: Vec<_> = (0..4096).map(|i| tree.warp(Sobol::new(2).point(i, 0)).0).collect();
         let inside =
             starts.iter().filter(|u| (0.3..0.4).contains(&u[0]) && (0.3..0.31).contains(&u[1])).count();
-        assert!(inside > 2200, "{inside} of 4096, of which .7 would be right");
-        assert!(tree.gain_for(&useful(999)) > 5.0);
+        // A tenth of all is of use elsewhere, if seldom.
+        assert!(inside > 600, "{inside} of 4096, of which all but for that were one in 1000 without");
+        assert!(tree.gain() > 3.0, "{}", tree.gain());
     }
 
     #[test]

@@ -152,7 +152,9 @@ fn local_keeps_attached_shadows() {
 fn of_file(lamp: Value) -> Scene {
     let floor = [[-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [-2.0, 0.0, -2.0], [2.0, 0.0, -2.0_f32]];
     let bytes: Vec<u8> = floor.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
-    let eye = Mat4::look_at_rh(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO, Vec3::Y).inverse();
+    let camera = look(Vec3::new(3.0, 0.8, 0.0), Vec3::ZERO);
+    let axes = [camera.right, camera.up, -camera.forward].map(|axis| axis.extend(0.0));
+    let eye = Mat4::from_cols(axes[0], axes[1], axes[2], camera.position.extend(1.0));
     let down = Mat4::from_translation(Vec3::Y * HEIGHT as f32) * Mat4::from_rotation_x(-0.5 * PI as f32);
     let mut lamp = lamp;
     lamp["matrix"] = json!(down.to_cols_array());
