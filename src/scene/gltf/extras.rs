@@ -28,7 +28,7 @@ const STRAIGHT: &str = "straight";
 pub(super) const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
-const BACKS: &str = "backs";
+pub(super) const BACKS: &str = "backs";
 const FSTOP: &str = "fstop";
 const APERTURE: &str = "aperture";
 const FOCUS: &str = "focus";
@@ -49,7 +49,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (EMISSION, &[Place::Material, Place::Light, Place::Empty], "materials and lights"),
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
-    (BACKS, &[Place::Material], "materials"),
+    (BACKS, &[Place::Material, Place::Light, Place::Empty], "materials and lights"),
     (FSTOP, &[Place::Camera], "cameras (not their objects)"),
     (APERTURE, &[Place::Camera], "cameras (not their objects)"),
     (FOCUS, &[Place::Camera], "cameras (not their objects)"),
