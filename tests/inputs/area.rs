@@ -90,6 +90,9 @@ fn lamps_with_an_extent_look_where_lights_do_and_reflect_nothing() {
     let material = scene.materials.last().expect("its own");
     assert!(material.name == "Lux" && material.lobes.is_empty() && material.backs == Backs::Unseen);
     assert_eq!(scene.materials[scene.surfaces[0].material as usize].name, "Lux");
+    let seen = |small: Small| small.good().materials.last().expect("its own").backs;
+    assert_eq!(seen(light(json!({ "disk": 1, "backs": "seen" }))), Backs::Seen);
+    assert_eq!(seen(empty(json!({ "disk": 1, "power": 1, "backs": "seen" }))), Backs::Seen);
     let empty = empty(json!({ "sphere": 1, "radiance": 1, "emission": "invisible" })).good();
     assert_eq!(shining(&empty).0.radiance, Light::new(Vec3::ONE, Vec3::ZERO));
     assert!(empty.surfaces[0].name == "Bulb" && empty.surfaces[0].closed && !empty.surfaces[0].smooth);
@@ -148,6 +151,10 @@ fn what_has_no_effect_on_a_lamp_is_told() {
     note(
         Small::new().with("/nodes/0/extras", json!({ "area": [1, 1] })),
         "it is read on lights and empty nodes",
+    );
+    note(
+        light(json!({ "backs": "seen" })),
+        "`backs` is passed over, it is read on lights with an extent: Lux",
     );
     note(light(json!({ "disc": 1 })), "did you mean `disk`?");
     let dark =

@@ -3,7 +3,9 @@
 
 use super::Reason;
 use super::extent::{Extent, area};
-use super::extras::{AREA, DISK, EMISSION, EmissionScale, Extras, Place, RADIANCE, SPHERE, WATTS, numbers};
+use super::extras::{
+    AREA, BACKS, DISK, EMISSION, EmissionScale, Extras, Place, RADIANCE, SPHERE, WATTS, numbers,
+};
 use super::graph::Placed;
 use super::lights::{self, Lamp};
 use super::notes::Notes;
@@ -33,6 +35,7 @@ struct Extended {
     extent: Extent,
     strength: Strength,
     emission: EmissionScale,
+    backs: Backs,
 }
 
 /// Adds the lamps of a file that have an extent to the shapes of a scene, each with a material of its own.
@@ -87,7 +90,7 @@ fn of_light(lamp: &Lamp<'_>, notes: &mut Notes) -> Result<Option<Extended>, Reas
             return Err(format!("{label}: extras `{key}` is for point and spot lights; remove it"));
         }
         Type::Spot => {
-            notes.about("spots with an extent have no cone and shine to all of one side", &lamp.name)
+            notes.about("spots with an extent have no cone and shine to all of one side", &lamp.name);
         }
         Type::Point => {}
     }
@@ -100,6 +103,7 @@ fn of_light(lamp: &Lamp<'_>, notes: &mut Notes) -> Result<Option<Extended>, Reas
         extent,
         strength: Strength::Intensity(lamp.rgb),
         emission: lamp.extra(Extras::emission)?.unwrap_or_default(),
+        backs: lamp.extra(Extras::backs)?.unwrap_or(Backs::Unseen),
     }))
 }
 
@@ -112,7 +116,7 @@ fn of_node(place: &Placed<'_>, notes: &mut Notes) -> Result<Option<Extended>, Re
     let has = |keys: &[&str]| keys.iter().any(|key| extras.has(key));
     let (formed, strong) = (has(&[AREA, DISK, SPHERE]), has(&[WATTS, RADIANCE]));
     if !(formed && strong) {
-        if formed || strong || extras.has(EMISSION) {
+        if formed || strong || has(&[EMISSION, BACKS]) {
             notes.about(
                 "an empty node shines by extras `area`, `disk` or `sphere` together with `power` or `radiance`; \
                  these have but some",
@@ -124,7 +128,8 @@ fn of_node(place: &Placed<'_>, notes: &mut Notes) -> Result<Option<Extended>, Re
     let Some((extent, strength)) = Extent::of(&extras)?.zip(Strength::of(&extras)?) else { return Ok(None) };
     place.forward()?;
     let emission = extras.emission()?.unwrap_or_default();
-    Ok(Some(Extended { name: place.name(), label: place.label(), extent, strength, emission }))
+    let backs = extras.backs()?.unwrap_or(Backs::Unseen);
+    Ok(Some(Extended { name: place.name(), label: place.label(), extent, strength, emission, backs }))
 }
 
 impl Extended {
@@ -149,7 +154,7 @@ impl Extended {
 
     fn material(&self, emission: Emission) -> Material {
         let black = Material::diffuse(self.name.clone(), Vec3::ZERO).with_emission(emission);
-        Material { lobes: Vec::new(), backs: Backs::Unseen, ..black }
+        Material { lobes: Vec::new(), backs: self.backs, ..black }
     }
 }
 

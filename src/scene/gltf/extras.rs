@@ -29,7 +29,7 @@ pub(super) const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
 const ANGLE: &str = "angle";
-const BACKS: &str = "backs";
+pub(super) const BACKS: &str = "backs";
 const FSTOP: &str = "fstop";
 const APERTURE: &str = "aperture";
 const FOCUS: &str = "focus";
@@ -51,7 +51,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
     (ANGLE, &[Place::Light], "directional lights"),
-    (BACKS, &[Place::Material], "materials"),
+    (BACKS, &[Place::Material, Place::Light, Place::Empty], "materials and lights"),
     (FSTOP, &[Place::Camera], "cameras (not their objects)"),
     (APERTURE, &[Place::Camera], "cameras (not their objects)"),
     (FOCUS, &[Place::Camera], "cameras (not their objects)"),

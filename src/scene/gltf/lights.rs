@@ -84,6 +84,9 @@ pub(super) fn punctual(
         if lamp.extra(Extent::of)?.is_some() {
             continue;
         }
+        if lamp.extra(Extras::backs)?.is_some() {
+            notes.about("extras `backs` is passed over, it is read on lights with an extent", &lamp.name);
+        }
         let source = lamp.source;
         if source.spot.as_ref().is_some_and(|spot| spot.outer_cone_angle < THIN) {
             notes.about(
