@@ -89,6 +89,10 @@ pub fn run(args: CheckArgs) -> Result<ExitCode> {
             args.html.iter().chain(&args.csv).try_for_each(|path| refuse_input(path, &loaded.files))?;
             check_scene(&loaded.scene, |outcome| tell(&args, || text(outcome)))?
         }
+        None if args.around.says_something() => {
+            let why = "the suite has skies of its own; name a scene for --environment and what belongs to it";
+            return Err(Error::Usage(why.into()));
+        }
         None => suite(&args)?,
     };
     let seconds = begin.elapsed().as_secs_f64();

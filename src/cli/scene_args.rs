@@ -75,6 +75,11 @@ pub struct AroundArgs {
 }
 
 impl AroundArgs {
+    /// True where any of them is there.
+    pub fn says_something(&self) -> bool {
+        self.surroundings() != Surroundings::default()
+    }
+
     fn surroundings(&self) -> Surroundings {
         Surroundings {
             source: self.environment.clone(),

@@ -177,8 +177,8 @@ fn one_pixel_sun(effort: Effort) -> Vec<Check> {
             checks.push(mean_is(what, floor(sky.clone()).finish(), settings, passes, expected, 1e-3));
         }
         let texels = size[0] as usize * size[1] as usize;
-        let most = "at most 5 bytes a texel";
-        let got = if sky.bytes() <= 5 * texels { most.into() } else { format!("{} bytes", sky.bytes()) };
+        let most = "at most 6 bytes a texel";
+        let got = if sky.bytes() <= 6 * texels { most.into() } else { format!("{} bytes", sky.bytes()) };
         checks.push(Check::fact(format!("{} × {}, in memory", size[0], size[1]), most, got));
     }
     checks

@@ -82,6 +82,7 @@ fn what_is_no_environment_is_refused_in_a_line() {
     ] {
         refused(here, &format!("render {arguments} {SMALL} -o x.exr"), words);
     }
+    refused(here, "check --quick --environment sky", &["name a scene", "--environment"]);
 }
 
 #[test]
