@@ -143,8 +143,10 @@ fn what_has_no_effect_on_a_lamp_is_told() {
     };
     let cone = json!({ "innerConeAngle": 0, "outerConeAngle": 0.0005 });
     let spot = light(json!({ "disk": 1 })).with(&format!("{LIGHT}/type"), json!("spot"));
-    let spot =
-        note(spot.with(&format!("{LIGHT}/spot"), cone), "have no cone and shine to all of one side: Lux");
+    let spot = note(
+        spot.with(&format!("{LIGHT}/spot"), cone),
+        "the cone of spots with an extent is passed over: Lux",
+    );
     assert!(!spot.notes.iter().any(|note| note.contains("less than a pixel")), "{:?}", spot.notes);
     note(light(json!({ "disk": 1 })).with(&format!("{LIGHT}/range"), json!(2)), "range of lights is ignored");
     note(light(json!({ "disk": 1, "power": 3 })), "`power` has no effect here; it is read on empty nodes");

@@ -90,7 +90,7 @@ fn of_light(lamp: &Lamp<'_>, notes: &mut Notes) -> Result<Option<Extended>, Reas
             return Err(format!("{label}: extras `{key}` is for point and spot lights; remove it"));
         }
         Type::Spot => {
-            notes.about("spots with an extent have no cone and shine to all of one side", &lamp.name);
+            notes.about("the cone of spots with an extent is passed over", &lamp.name);
         }
         Type::Point => {}
     }
