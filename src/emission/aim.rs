@@ -176,3 +176,97 @@ fn of_cone(cone: &SpotCone, versine: f32) -> f32 {
         core + (1.0 - core) * ((outer - versine) / (outer - inner)).powi(3)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Light;
+    use crate::sampling::Sobol;
+    use crate::scene::{Camera, Emission, Environment, Material, Projection, Scene, Shape, versine_between};
+
+    /// A lamp that shines on both sides, one luminaire of each other kind, and a gradient all around.
+    fn scene() -> Scene {
+        let camera =
+            Camera::look_at(5.0 * Vec3::Z, Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 1.0 });
+        let mut scene = Scene::builder("aim").camera(camera);
+        let shine = Emission { radiance: Light::both(Vec3::ONE), two_sided: true };
+        let lamp = scene.material(Material::diffuse("Lamp", Vec3::ZERO).with_emission(shine));
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [x, y, 0.3 * x]);
+        scene.shape(Shape::quad("Lamp", lamp, corners));
+        let light = Light::both(Vec3::splat(2.0));
+        let (position, direction) = (Vec3::new(-0.5, 0.2, 0.1), Vec3::new(0.6, 0.0, -0.8));
+        let cone = SpotCone::of_angles(0.2, 0.7);
+        let attenuation = [1.0, 0.5, 0.2];
+        for luminaire in [
+            Luminaire::Point { position, intensity: light },
+            Luminaire::Spot { position, direction, intensity: light, cone },
+            Luminaire::Warn { position, direction, intensity: light, exponent: 4.0, attenuation },
+            Luminaire::Warn { position, direction, intensity: light, exponent: 0.0, attenuation },
+            Luminaire::Directional { direction, irradiance: light },
+            Luminaire::sun(direction, light, 0.1),
+        ] {
+            scene.luminaire(luminaire);
+        }
+        scene.environment = Some(Environment::constant(Vec3::ONE));
+        scene.build().expect("a good scene")
+    }
+
+    #[test]
+    fn what_a_path_meets_can_be_aimed_at_by_its_own_start() {
+        let scene = scene();
+        let emitters = Emitters::<Light>::new(&scene).expect("it shines");
+        let sobol = Sobol::new(8);
+        for i in 0..4000 {
+            let u: [f32; 5] = sobol.point(i, 0);
+            let emitted = emitters.emit(1, u);
+            let at = emitted.origin + 1.7 * emitted.direction;
+            // Numbers of the place and, at infinity, of the direction are as they were; the rest is found.
+            let Some(aimed) = emitters.aim_at(at, u) else { panic!("{i}: not lit where light went") };
+            let again = emitters.emit(1, aimed.start);
+            let way = (at - again.origin).normalize();
+            assert!(versine_between(way, again.direction) < 1e-5, "{i}: {:?} for {u:?}", aimed.start);
+            assert!(versine_between(-aimed.to, again.direction) < 1e-5 && aimed.irradiance > 0.0);
+        }
+    }
+
+    #[test]
+    fn all_aims_together_find_the_irradiance_of_a_place() {
+        let scene = scene();
+        let emitters = Emitters::<Light>::new(&scene).expect("it shines");
+        let (at, n) = (Vec3::new(0.4, 0.3, 0.9), 1 << 16);
+        let sobol = Sobol::new(3);
+        let aims = (0..n).filter_map(|i| emitters.aim_at(at, sobol.point(i, 0)));
+        let found = aims.map(|aimed| f64::from(aimed.irradiance)).sum::<f64>() / f64::from(n);
+        // Both halves and three colours of each; of the sky the whole sphere.
+        let each = scene.luminaires.iter().map(|luminaire| match *luminaire {
+            Luminaire::Triangle { triangle, .. } => {
+                let sum: f32 = (0..4096)
+                    .map(|i| {
+                        let [b1, b2] = warp::triangle(sobol.point(i, 0));
+                        let point = scene.mesh.point(triangle, b1, b2, false);
+                        let (to, square) = way(at, point.position).expect("apart");
+                        to.dot(point.normals.geometric).abs() / square
+                    })
+                    .sum();
+                6.0 * scene.mesh.area(triangle) * sum / 4096.0
+            }
+            Luminaire::Point { position, .. } => 12.0 / at.distance_squared(position),
+            Luminaire::Spot { position, direction, cone, .. } => {
+                let (to, square) = way(at, position).expect("apart");
+                12.0 * cone.profile(versine_between(-to, direction)) / square
+            }
+            Luminaire::Warn { position, direction, exponent, attenuation, .. } => {
+                let (to, square) = way(at, position).expect("apart");
+                let cos = (-to.dot(direction)).max(0.0);
+                let profile = if exponent == 0.0 { 1.0 } else { cos.powf(exponent) };
+                12.0 * profile * warn_falloff(attenuation, square.sqrt()) / square
+            }
+            Luminaire::Directional { .. } => 12.0,
+            // On a surface that faces each direction: by 2 / (1 + cos) of what faces its middle.
+            Luminaire::Sun { versine, radiance, .. } => radiance.total() * TAU * versine,
+            Luminaire::Environment { fluence } => fluence.total(),
+        });
+        let expected: f64 = each.map(f64::from).sum();
+        assert!((found / expected - 1.0).abs() < 0.005, "{found} for {expected}");
+    }
+}

@@ -178,18 +178,18 @@ impl<'a, P: Power> Emitters<'a, P> {
                 (position, out, Falloff::Warn(attenuation), Beam::from_point(out, pdf))
             }
             Luminaire::Directional { direction, .. } => {
-                (self.from_afar(direction, place), direction, Falloff::Physical, self.parallel(direction))
+                (self.distant(direction, place), direction, Falloff::Physical, self.parallel(direction))
             }
             Luminaire::Sun { direction, versine, .. } => {
                 let direction = warp::to_world(direction, warp::off_z(versine * turn[0], turn[1]));
                 let beam = self.parallel(direction).blurred(direction, 0.5 * FRAC_1_PI / versine);
-                (self.from_afar(direction, place), direction, Falloff::Physical, beam)
+                (self.distant(direction, place), direction, Falloff::Physical, beam)
             }
             Luminaire::Environment { .. } => {
                 let sample = |sky: &Arc<Environment>| sky.sample(turn);
                 let (to, density) = self.scene.environment.as_ref().map_or((Vec3::Y, 1.0), sample);
                 let beam = self.parallel(-to).blurred(-to, density);
-                (self.from_afar(-to, place), -to, Falloff::Physical, beam)
+                (self.distant(-to, place), -to, Falloff::Physical, beam)
             }
         };
         Start { origin, direction, falloff, beam }
@@ -197,7 +197,7 @@ impl<'a, P: Power> Emitters<'a, P> {
 
     /// Where light comes from that goes in a direction: on a disk as large as the scene, two radii back, before everything
     /// whatever the rounding.
-    fn from_afar(&self, direction: Vec3, place: [f32; 2]) -> Vec3 {
+    fn distant(&self, direction: Vec3, place: [f32; 2]) -> Vec3 {
         let (right, up) = direction.any_orthonormal_pair();
         let [x, y] = warp::disk(place);
         self.centre + self.radius * (x * right + y * up) - 2.0 * self.radius * direction

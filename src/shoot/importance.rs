@@ -202,7 +202,7 @@ impl Eye<'_> {
         // Up to its own surface.
         let way = 0.999 * (place - camera.position);
         let segment = Segment { origin: camera.position, way: way.as_dvec3(), end: 1.0 };
-        if self.plan.rays.transmittance(&segment).is_zero() { UNSEEN } else { 1.0 }
+        if self.plan.rays.transmittance(segment).is_zero() { UNSEEN } else { 1.0 }
     }
 
     fn path(&self, path: u32) -> Vec<Useful> {
@@ -262,6 +262,6 @@ impl Eye<'_> {
             Some(Origin::Point(position)) => Segment::between(point, position),
             Some(Origin::Surface(end)) => Segment::to_surface(&self.plan.scene.mesh, point, &end),
         };
-        segment.is_some_and(|segment| !self.plan.rays.transmittance(&segment).is_zero())
+        segment.is_some_and(|segment| !self.plan.rays.transmittance(segment).is_zero())
     }
 }

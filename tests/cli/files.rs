@@ -2,7 +2,7 @@
 
 use crate::support::skipped;
 use crate::{halflight, said};
-use halflight::film::read_exr;
+use halflight::film::{Value, read_exr};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -286,10 +286,10 @@ fn a_preview_is_exposed_by_itself_and_its_file_says_how() {
     assert!(!render("").contains("shown at exposure"));
     let (linear, plain) = (picture(), preview());
     assert_eq!(linear.header.get("view").map(ToString::to_string).as_deref(), Some("standard"));
-    assert_eq!(linear.header.get("exposure").and_then(|stops| stops.as_real()), Some(0.0));
+    assert_eq!(linear.header.get("exposure").and_then(Value::as_real), Some(0.0));
     let told = render("--exposure auto --view neutral");
     let shown = picture();
-    let stops = shown.header.get("exposure").and_then(|stops| stops.as_real()).expect("an exposure");
+    let stops = shown.header.get("exposure").and_then(Value::as_real).expect("an exposure");
     assert!(told.contains(&format!("note: shown at exposure {stops:.2}")) && stops != 0.0, "{told}");
     assert_eq!(shown.header.get("view").map(ToString::to_string).as_deref(), Some("neutral"));
     assert_eq!(shown.layer("visible"), linear.layer("visible"));

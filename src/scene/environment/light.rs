@@ -284,7 +284,7 @@ mod tests {
         let (rows, columns) = (2000, 700);
         let mut sum = glam::DVec3::ZERO;
         for y in 0..rows {
-            let (a, b) = (y as f64 / f64::from(rows), f64::from(y + 1) / f64::from(rows));
+            let (a, b) = (f64::from(y) / f64::from(rows), f64::from(y + 1) / f64::from(rows));
             let share = (a * std::f64::consts::PI).cos() - (b * std::f64::consts::PI).cos();
             for x in 0..columns {
                 let place = [(x as f32 + 0.5) / columns as f32, (y as f32 + 0.5) / rows as f32];
