@@ -12,7 +12,7 @@ use crate::optics::{Lobe, Term, Transport};
 use crate::photon::PathClass;
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Ray, Segment};
-use crate::sampling::{Rng, Sobol, Stream, choose, hash};
+use crate::sampling::{Rng, Sobol, Stream, choose, hash, warp};
 use crate::scene::{MatterAt, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -237,7 +237,10 @@ impl Eye<'_> {
         let MatterAt { point, bsdf, .. } = met;
         let u: [f32; EMISSION_DIMENSIONS] = std::array::from_fn(|_| rng.f32());
         let wo = -line.direction;
-        let Some(Aimed { start, to, from, irradiance }) = self.emitters.aim_at(point.position, u) else {
+        // What is seen there is read from photons around it.
+        let near = if line.scattered { Vec3::ZERO } else { self.beside(point, rng) };
+        let Some(Aimed { start, to, from, irradiance }) = self.emitters.aim_at(point.position + near, u)
+        else {
             return;
         };
         let read = |Term { coefficient, lobe }: &Term| match lobe {
@@ -248,6 +251,15 @@ impl Eye<'_> {
         if weight > 0.0 && self.sees(point, to, from) {
             useful.push(Useful { start, weight });
         }
+    }
+
+    /// A way (m) to a place within the gather radius of what the camera sees.
+    fn beside(&self, point: &SurfacePoint, rng: &mut Rng) -> Vec3 {
+        let view = self.plan.scene.camera.view(self.frame.aspect());
+        let radius = self.frame.indirect_radius * view.footprint_at(point.position, self.frame.height);
+        let [x, y] = warp::disk(rng.f32x2());
+        let (right, up) = point.normals.geometric.any_orthonormal_pair();
+        radius * (x * right + y * up)
     }
 
     fn reflected(&self, lobe: &Lobe, point: &SurfacePoint, wo: Vec3, to: Vec3) -> Vec3 {

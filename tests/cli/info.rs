@@ -48,7 +48,7 @@ fn files_that_are_not_there_are_one_line() {
 }
 
 #[test]
-fn a_file_without_light_is_told_with_what_it_lacks() {
+fn a_file_without_light_is_told_with_what_lights_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("dark.gltf");
     let document = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
@@ -63,11 +63,13 @@ fn a_file_without_light_is_told_with_what_it_lacks() {
         told.contains(": 1 triangle in 1 surface (0 smooth), 1 material;") && told.contains("0.5000 m²"),
         "{told}"
     );
-    assert!(told.contains("light: none") && told.contains("note: nothing emits light"), "{told}");
-    assert!(
-        refused(&["render", text(&file), "-o", text(&folder.path().join("a.exr"))])
-            .contains("nothing emits light")
-    );
+    let by_studio = "note: has no light: the built-in studio lights it";
+    assert!(told.contains("light: environment") && told.contains(by_studio), "{told}");
+    let dark = printed(&["info", text(&file), "--environment", "none"]);
+    assert!(dark.contains("light: none") && dark.contains("note: nothing emits light"), "{dark}");
+    let picture = folder.path().join("a.exr");
+    let message = refused(&["render", text(&file), "--environment", "none", "-o", text(&picture)]);
+    assert!(message.contains("nothing emits light") && !picture.exists(), "{message}");
 }
 
 #[test]

@@ -328,7 +328,9 @@ fn k_is_left_out_only_where_it_cannot_matter() {
     let left_out = |plan: &Plan| plan.omissions.iter().any(|omission| omission.name == "existence");
     for illumination in [Illumination::LOCAL, Illumination::ONE_BOUNCE, Illumination::GLOBAL] {
         assert!(left_out(&plan("builtin:cornell-spheres", illumination)));
-        assert!(left_out(&plan("builtin:caustic-box", illumination)));
+        // Metal is white at grazing angles: that light is lost in its box is not certain beforehand.
+        let certain = illumination != Illumination::GLOBAL;
+        assert_eq!(left_out(&plan("builtin:caustic-box", illumination)), certain);
     }
     assert!(!left_out(&plan("builtin:cornell-spheres", Illumination::SHADOWLESS)));
 }

@@ -293,7 +293,7 @@ fn where_metal_is_smooth_it_mirrors_and_elsewhere_it_does_not() {
     let pbr = Pbr { metallic_roughness, metallic: 1.0, ..body(Factor::new(Vec3::splat(0.6))) };
     let material = Material::pbr("Half", pbr);
     assert_eq!(material.lobes.len(), 3, "either kind occurs, and from afar what is half metal");
-    let mirror = Lobe::Mirror(Mirror::plain(Vec3::splat(0.6), false));
+    let mirror = Lobe::Mirror(Mirror::metal(Vec3::splat(0.6), false));
     assert!(material.lobes.contains(&(1.0, mirror)) && material.lobes.contains(&(1.0, diffuse(0.6))));
     // Of the hemisphere over the floor, by cosine.
     let (cos, square) = (1.0 / 1.13_f32.sqrt(), 9.0 * 1.13);
