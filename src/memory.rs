@@ -16,7 +16,7 @@ pub struct Memory {
     pub scene: usize,
     /// The images of textures, with their smaller versions.
     pub textures: usize,
-    /// The index of triangles, that of shadow casters, and the rims of surfaces.
+    /// The index of triangles, that of shadow casters, the rims of surfaces, and where light is of use.
     pub index: usize,
     /// Sums over passes.
     pub film: usize,
@@ -46,7 +46,7 @@ impl Memory {
         Self {
             scene: plan.scene.mesh.bytes(),
             textures: plan.scene.image_bytes(),
-            index: plan.index_bytes(),
+            index: plan.index_bytes() + frame.learned_bytes(),
             photons: photons as usize,
             planning: PER_TRIANGLE * plan.scene.mesh.triangles.len(),
             ..Self::of_pixels(&plan.settings, layers)

@@ -61,7 +61,7 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     files.check_size(size)?;
     let shown = Settled::of(args.preview.over(Preview::default()), &mixed.visible);
     shown.tell(&mut header);
-    files.show(size, &mixed.visible, shown.preview)?;
+    files.show(size, &mixed.visible, shown.fixed())?;
     let warnings = judge(&mixed.visible, shown.preview.view, shown.stops).warnings(shown.stops);
     if let Some(exr) = &files.exr {
         let layers = vec![

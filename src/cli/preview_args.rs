@@ -50,6 +50,11 @@ impl Settled {
         Self { preview, stops: preview.exposure.stops(plane) }
     }
 
+    /// The same at the exposure that was found, so that nobody looks for it again.
+    pub fn fixed(&self) -> Preview {
+        Preview { exposure: Exposure::Stops(self.stops as f32), ..self.preview }
+    }
+
     /// States both in the header of the picture.
     pub fn tell(&self, header: &mut Header) {
         header.set("view", self.preview.view.name());

@@ -47,8 +47,8 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub samples: Option<u32>,
 
-    /// Start photons in proportion to the light that luminaires send, whatever becomes of it: for measurements of what it
-    /// brings to start them where they are of use.
+    /// Start photons, and lead connections, in proportion to the power of luminaires, whatever comes of it: for measurements of
+    /// what it brings to learn where light is of use.
     #[arg(long)]
     pub even_starts: bool,
 

@@ -119,9 +119,8 @@ fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> 
     let film = render.film();
     let plane = film.mean(Layer::Visible);
     let mut header = render.header();
-    if files.shown.is_some() {
-        Settled::of(preview, &plane).tell(&mut header);
-    }
+    let shown = files.shown.is_some().then(|| Settled::of(preview, &plane));
+    shown.iter().for_each(|shown| shown.tell(&mut header));
     match (&files.exr, render.atlas_run()) {
         (None, _) => {}
         (Some(exr), None) => write_exr(exr, film, &header)?,
@@ -134,7 +133,7 @@ fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> 
             write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
         }
     }
-    files.show((film.width(), film.height()), &plane, preview)
+    files.show((film.width(), film.height()), &plane, shown.map_or(preview, |shown| shown.fixed()))
 }
 
 #[cfg(test)]

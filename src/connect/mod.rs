@@ -201,7 +201,7 @@ impl Connections {
                 Some(sr) => 1.0 / sr as f32,
                 None => t * t / (cos * area),
             };
-        self.probability(sights, point, place as usize) * density
+        self.probability(cell_of(sights, point), place as usize) * density
     }
 
     /// What luminaires at infinity radiate from the unit vector `to`, each by its light (W m⁻² sr⁻¹) and the density in solid angle
@@ -217,9 +217,8 @@ impl Connections {
             let light = scene.radiance_from(luminaire, to);
             let density = || match (place, point) {
                 (Some(place), Some(point)) => {
-                    let cell = sights.and_then(|sights| sights.from(point));
-                    let probability = self.probability(sights, point, *place as usize);
-                    probability * sky_density(scene, luminaire, cell, to)
+                    let cell = cell_of(sights, point);
+                    self.probability(cell, *place as usize) * sky_density(scene, luminaire, cell, to)
                 }
                 _ => 0.0,
             };
@@ -227,9 +226,8 @@ impl Connections {
         })
     }
 
-    /// With which probability a connection from `point` leads to a luminaire that is chosen from.
-    fn probability(&self, sights: Option<&Sights>, point: &SurfacePoint, place: usize) -> f32 {
-        let cell = sights.and_then(|sights| sights.from(point));
+    /// With which probability a connection from a cell leads to a luminaire that is chosen from.
+    fn probability(&self, cell: Option<&Cell>, place: usize) -> f32 {
         cell.and_then(|cell| cell.probability(place)).unwrap_or_else(|| self.choice.weight(place) as f32)
     }
 
@@ -244,8 +242,7 @@ impl Connections {
 
     /// A connection as without [`Sights`], and which of the luminaires it leads to.
     pub fn try_one(&self, scene: &Scene, point: &SurfacePoint, u: [f32; 3]) -> Option<(u32, Connection)> {
-        let chosen = self.choice.index(f64::from(u[0]));
-        self.to_one(scene, None, point, u).map(|connection| (chosen as u32, connection))
+        self.one_from(scene, None, point, u)
     }
 
     /// One connection to one of the luminaires that are chosen from, by three numbers in [0, 1); it is unbiased for
@@ -257,10 +254,19 @@ impl Connections {
         point: &SurfacePoint,
         u: [f32; 3],
     ) -> Option<Connection> {
+        self.one_from(scene, cell_of(sights, point), point, u).map(|(_, connection)| connection)
+    }
+
+    fn one_from(
+        &self,
+        scene: &Scene,
+        cell: Option<&Cell>,
+        point: &SurfacePoint,
+        u: [f32; 3],
+    ) -> Option<(u32, Connection)> {
         if self.one_of.is_empty() {
             return None;
         }
-        let cell = sights.and_then(|sights| sights.from(point));
         let even = || {
             let chosen = self.choice.index(f64::from(u[0]));
             (chosen, self.choice.weight(chosen) as f32)
@@ -275,7 +281,8 @@ impl Connections {
         let probability = probability * guided;
         let connection = connect(scene, luminaire, point, place)?;
         let density = connection.density.map(|density| probability * density);
-        Some(Connection { light: (1.0 / probability) * connection.light, density, ..connection })
+        let light = (1.0 / probability) * connection.light;
+        Some((chosen as u32, Connection { light, density, ..connection }))
     }
 }
 
@@ -333,6 +340,11 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
             Some(Connection { wi, light, segment: Segment::from_towards(point, wi), density: Some(density) })
         }
     }
+}
+
+/// What is seen from where a point lies. None: nobody knows.
+fn cell_of<'a>(sights: Option<&'a Sights>, point: &SurfacePoint) -> Option<&'a Cell> {
+    sights.and_then(|sights| sights.from(point))
 }
 
 /// Density in solid angle (sr⁻¹) with which [`connect`] chooses the unit vector `to`, where a luminaire at infinity shines from there.

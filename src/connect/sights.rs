@@ -1,12 +1,13 @@
 //! Which luminaires are seen from where: learned, so that connections seldom end at a wall.
 //!
-//! Of a sky a room sees what its window shows, of a hundred lamps those of its own. What is in view is bounded by cells of a
-//! grid; in each, luminaires are chosen in proportion to what they were found to bring to places around, and directions of an
+//! Of a sky a room sees what its window shows, of a hundred lamps those of its own. A grid lies over what the camera sees; in
+//! each of its cells luminaires are chosen in proportion to what they were found to bring to places around, and directions of an
 //! environment likewise, in parts of equal power. A share is chosen as it would be without: a wrong guess costs noise, not
 //! bias (J. Vorba et al. 2014, *On-line learning of parametric mixture models for light transport simulation*, §4, use such a
 //! share in the same way).
 
 use crate::sampling::Cumulative;
+use crate::sampling::steps::{cumulative, density, invert};
 use crate::scene::SurfacePoint;
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
@@ -93,6 +94,15 @@ impl Sights {
         self.cells.get(&self.place(point.position))
     }
 
+    /// By how much denser than without them connections like this one are.
+    pub fn density(&self, trial: &Trial, even: &[f32], sky: Option<u32>) -> f32 {
+        let Some(cell) = self.cells.get(&self.place(trial.position)) else { return 1.0 };
+        let index = trial.chosen as usize;
+        let choice = cell.probability(index).map_or(1.0, |probability| probability / even[index]);
+        let of_sky = sky == Some(trial.chosen);
+        choice * if of_sky { cell.density_of_sky(trial.place) } else { 1.0 }
+    }
+
     /// What it takes in memory.
     pub fn bytes(&self) -> usize {
         let each = |cell: &Cell| {
@@ -171,47 +181,23 @@ impl Parts {
     fn new(sums: &[[f32; SIDE]; SIDE]) -> Self {
         let sum: f32 = sums.iter().flatten().sum();
         let even = EVEN / (SIDE * SIDE) as f32;
-        let density = |y: usize, x: usize| even + (1.0 - EVEN) * sums[y][x] / sum;
+        let share = |y: usize, x: usize| even + (1.0 - EVEN) * sums[y][x] / sum;
         Self {
-            rows: running(|y| (0..SIDE).map(|x| density(y, x)).sum()),
-            columns: std::array::from_fn(|y| running(|x| density(y, x))),
+            rows: cumulative(|y| (0..SIDE).map(|x| share(y, x)).sum()),
+            columns: std::array::from_fn(|y| cumulative(|x| share(y, x))),
         }
     }
 
     fn warp(&self, [a, b]: [f32; 2]) -> ([f32; 2], f32) {
-        let (y, b, of_row) = chosen(&self.rows, b);
-        let (_, a, of_column) = chosen(&self.columns[y], a);
+        let (y, b, of_row) = invert(&self.rows, b);
+        let (_, a, of_column) = invert(&self.columns[y], a);
         ([a, b], of_row * of_column)
     }
 
     fn density(&self, [a, b]: [f32; 2]) -> f32 {
-        let [x, y] = [a, b].map(|x| ((x * SIDE as f32) as usize).min(SIDE - 1));
-        share(&self.rows, y) * share(&self.columns[y], x) * (SIDE * SIDE) as f32
+        let (y, of_row) = density(&self.rows, b);
+        of_row * density(&self.columns[y], a).1
     }
-}
-
-/// Sums of the weights up to and with each, the last exactly one.
-fn running(weight: impl Fn(usize) -> f32) -> [f32; SIDE] {
-    let mut sum = 0.0;
-    let sums: [f32; SIDE] = std::array::from_fn(|i| {
-        sum += weight(i);
-        sum
-    });
-    let mut sums = sums.map(|part| part / sum);
-    sums[SIDE - 1] = 1.0;
-    sums
-}
-
-fn share(sums: &[f32; SIDE], i: usize) -> f32 {
-    sums[i] - if i == 0 { 0.0 } else { sums[i - 1] }
-}
-
-/// The part that an even number falls in, the number it becomes, and its density there.
-fn chosen(sums: &[f32; SIDE], u: f32) -> (usize, f32, f32) {
-    let i = sums.partition_point(|sum| *sum <= u).min(SIDE - 1);
-    let share = share(sums, i);
-    let within = ((u - (sums[i] - share)) / share).clamp(0.0, 1.0);
-    (i, ((i as f32 + within) / SIDE as f32).min(1.0 - f32::EPSILON), share * SIDE as f32)
 }
 
 #[cfg(test)]

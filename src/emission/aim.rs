@@ -108,9 +108,10 @@ impl<P: Power> Emitters<'_, P> {
                 })
             }
             Luminaire::Sun { .. } | Luminaire::Environment { .. } => {
-                let direction = self.start(luminaire, rest, place, turn).direction;
+                let found = self.start(luminaire, rest, place, turn);
+                let direction = found.direction;
                 // Its power on the disk that it shines through, at once.
-                let power = total(self.power(luminaire, place, direction));
+                let power = total(self.power(luminaire, place, &found));
                 let irradiance = power * FRAC_1_PI / (self.radius * self.radius);
                 let place = self.seen_from_afar(at, direction);
                 Some(Aimed { start: start(place, turn), to: -direction, from: None, irradiance })
@@ -184,7 +185,7 @@ mod tests {
     use crate::sampling::Sobol;
     use crate::scene::{Camera, Emission, Environment, Material, Projection, Scene, Shape, versine_between};
 
-    /// A lamp that shines on both sides, one luminaire of each other kind, and a gradient all around.
+    /// A lamp that shines on both sides, one luminaire of each other kind, and an even sky.
     fn scene() -> Scene {
         let camera =
             Camera::look_at(5.0 * Vec3::Z, Vec3::ZERO, Vec3::Y, Projection::Perspective { yfov: 1.0 });
@@ -262,7 +263,7 @@ mod tests {
                 12.0 * profile * warn_falloff(attenuation, square.sqrt()) / square
             }
             Luminaire::Directional { .. } => 12.0,
-            // On a surface that faces each direction: by 2 / (1 + cos) of what faces its middle.
+            // On a surface that faces each direction of it.
             Luminaire::Sun { versine, radiance, .. } => radiance.total() * TAU * versine,
             Luminaire::Environment { fluence } => fluence.total(),
         });

@@ -7,6 +7,7 @@
 
 use super::{EMISSION_DIMENSIONS, Emitted, Emitters};
 use crate::light::Power;
+use crate::sampling::steps::{cumulative, invert};
 use crate::scene::Luminaire;
 
 /// Cells along the choice of the luminaire.
@@ -87,30 +88,6 @@ impl<P: Power> Emitters<'_, P> {
             _ => 3,
         }
     }
-}
-
-/// Sums of the weights up to and with each, the last exactly one.
-fn cumulative<const N: usize>(weight: impl Fn(usize) -> f32) -> [f32; N] {
-    let mut sums = [0.0; N];
-    let mut sum = 0.0;
-    for (i, to) in sums.iter_mut().enumerate() {
-        sum += weight(i);
-        *to = sum;
-    }
-    let mut sums = sums.map(|to| to / sum);
-    sums[N - 1] = 1.0;
-    sums
-}
-
-/// The cell that an even number falls in, the number it becomes, and its density there.
-fn invert<const N: usize>(cumulative: &[f32; N], u: f32) -> (usize, f32, f32) {
-    // Counting all is faster than a search whose steps wait for each other.
-    let cell = cumulative.iter().map(|c| u32::from(*c <= u)).sum::<u32>().min(N as u32 - 1) as usize;
-    let below = if cell == 0 { 0.0 } else { cumulative[cell - 1] };
-    let probability = cumulative[cell] - below;
-    let within = (u - below) / probability;
-    let x = (cell as f32 + within) / N as f32;
-    (cell, x.min(1.0 - f32::EPSILON), probability * N as f32)
 }
 
 #[cfg(test)]

@@ -43,6 +43,8 @@ struct Start {
     direction: Vec3,
     falloff: Falloff,
     beam: Beam,
+    /// Density of the direction (sr⁻¹), where an environment shines unevenly: its power goes with it.
+    density: Option<f32>,
 }
 
 /// How power changes along the first line.
@@ -109,8 +111,8 @@ impl<'a, P: Power> Emitters<'a, P> {
         let rest = ((x - self.choice.below(index)) / probability) as f32;
         let share = (1.0 / (probability * f64::from(paths))) as f32;
         let start = self.start(luminaire, rest, [u[1], u[2]], [u[3], u[4]]);
-        let Start { origin, direction, falloff, beam } = start;
-        let power = P::of(self.power(luminaire, [u[1], u[2]], direction)).scaled(share);
+        let power = P::of(self.power(luminaire, [u[1], u[2]], &start)).scaled(share);
+        let Start { origin, direction, falloff, beam, .. } = start;
         let beam = beam.thinned(self.together[index]);
         // Warn's power is that at the scene's radius; the falloff along the line is relative to it.
         let power = match falloff {
@@ -121,7 +123,7 @@ impl<'a, P: Power> Emitters<'a, P> {
     }
 
     /// The power of a luminaire, as if it shone everywhere as it does at the place where a path starts, or from where.
-    fn power(&self, luminaire: &Luminaire, place: [f32; 2], direction: Vec3) -> Light {
+    fn power(&self, luminaire: &Luminaire, place: [f32; 2], start: &Start) -> Light {
         match *luminaire {
             Luminaire::Triangle { triangle, part: Some(part), emission, area } => {
                 let [b1, b2] = part.place(warp::triangle(place));
@@ -131,8 +133,8 @@ impl<'a, P: Power> Emitters<'a, P> {
                 Luminaire::Triangle { triangle, part: Some(part), emission, area }.power(self.radius)
             }
             Luminaire::Environment { .. } => {
-                let density = self.scene.environment.as_ref().map_or(1.0, |sky| sky.density(-direction));
-                let fluence = (1.0 / density) * self.scene.radiance_from(luminaire, -direction);
+                let over = start.density.map_or(0.0, |density| 1.0 / density);
+                let fluence = over * self.scene.radiance_from(luminaire, -start.direction);
                 Luminaire::Environment { fluence }.power(self.radius)
             }
             _ => luminaire.power(self.radius),
@@ -145,6 +147,7 @@ impl<'a, P: Power> Emitters<'a, P> {
     }
 
     fn start(&self, luminaire: &Luminaire, side: f32, place: [f32; 2], turn: [f32; 2]) -> Start {
+        let mut of_direction = None;
         let (origin, direction, falloff, beam) = match *luminaire {
             Luminaire::Triangle { triangle, part, emission, .. } => {
                 let place = warp::triangle(place);
@@ -188,11 +191,12 @@ impl<'a, P: Power> Emitters<'a, P> {
             Luminaire::Environment { .. } => {
                 let sample = |sky: &Arc<Environment>| sky.sample(turn);
                 let (to, density) = self.scene.environment.as_ref().map_or((Vec3::Y, 1.0), sample);
+                of_direction = Some(density);
                 let beam = self.parallel(-to).blurred(-to, density);
                 (self.distant(-to, place), -to, Falloff::Physical, beam)
             }
         };
-        Start { origin, direction, falloff, beam }
+        Start { origin, direction, falloff, beam, density: of_direction }
     }
 
     /// Where light comes from that goes in a direction: on a disk as large as the scene, two radii back, before everything

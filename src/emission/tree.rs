@@ -26,7 +26,7 @@ const HEAVY: f64 = 64.0;
 pub struct Useful {
     /// The numbers of the start.
     pub start: [f32; EMISSION_DIMENSIONS],
-    /// To what the picture it contributed, in any unit.
+    /// What it contributed to the picture, in any unit.
     pub weight: f32,
 }
 
@@ -45,6 +45,7 @@ enum Node {
     /// With its share of the cube, and of what was of use.
     Part { volume: f64, mass: f64 },
 }
+
 /// A box that is being divided.
 struct Part {
     low: [f32; EMISSION_DIMENSIONS],
@@ -145,7 +146,8 @@ impl StartTree {
             Node::Divided { above: next, .. } => {
                 let (first, second) = (self.share_out(node + 1, scale), self.share_out(next as usize, scale));
                 if let Node::Divided { below, .. } = &mut self.nodes[node] {
-                    *below = (first / (first + second)) as f32;
+                    // Numbers of 24 bits must find both sides, however little is on one of them.
+                    *below = ((first / (first + second)) as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON);
                 }
                 first + second
             }
@@ -195,11 +197,6 @@ impl StartTree {
         density as f32
     }
 
-    /// The same for starts that it was learned from.
-    pub fn gain(&self) -> f64 {
-        self.gain
-    }
-
     /// By how much denser than without it starts are where they are of use: the harmonic mean over `useful`.
     pub fn gain_for(&self, useful: &[Useful]) -> f64 {
         let (sum, weights) = useful.iter().fold((0.0, 0.0), |(sum, weights), one| {
@@ -207,6 +204,11 @@ impl StartTree {
             (sum + weight / f64::from(self.density(one.start)), weights + weight)
         });
         if sum == 0.0 { 1.0 } else { weights / sum }
+    }
+
+    /// The same for the starts that it was learned from.
+    pub fn gain(&self) -> f64 {
+        self.gain
     }
 
     /// What it takes in memory.

@@ -69,8 +69,12 @@ impl Quality {
 /// to us.
 pub fn learn(plan: &Plan) -> Frame {
     let frame = learn_photons(plan);
-    let frame = if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame };
-    if plan.is_endless() { frame } else { Frame { sights: learn_sights(plan, &frame), ..frame } }
+    if plan.is_endless() {
+        return frame;
+    }
+    let sights = learn_sights(plan, &frame);
+    let frame = Frame { sights, ..frame };
+    if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame }
 }
 
 /// The same, but that direct light is served as logic has it.
@@ -173,7 +177,12 @@ fn choose_direct(plan: &Plan, frame: Frame) -> Frame {
     let classes = PhotonClasses { direct: true, ..photons.classes };
     counted(
         plan,
-        Frame { direct: Direct::Photons, photons: Some(PhotonPlan { classes, ..photons }), ..frame },
+        Frame {
+            direct: Direct::Photons,
+            photons: Some(PhotonPlan { classes, ..photons }),
+            sights: None,
+            ..frame
+        },
     )
 }
 

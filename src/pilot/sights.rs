@@ -15,10 +15,12 @@ const LOOKS: Range<u32> = 1 << 24..(1 << 24) + (1 << 12);
 const LESSONS: Range<u32> = 1 << 25..(1 << 25) + (1 << 15);
 /// Trials from each place where a path reads light.
 const TRIALS: u32 = 8;
-/// Where more than this share of what luminaires send arrives, connections are left as they are.
+/// Where more than this share of what luminaires send arrives, connections are left as they are, unless squares of what they bring
+/// would fall by such a factor.
 const SEEN: f32 = 0.4;
+const WORTH: f64 = 2.0;
 
-/// What connections should know. None: most of them see what they lead to.
+/// What connections should know. None: they would be little better for it.
 pub fn learn_sights(plan: &Plan, frame: &Frame) -> Option<Arc<Sights>> {
     let connects = plan.settings.method == Method::Photon && frame.direct == Direct::Connection;
     let asked =
@@ -30,11 +32,23 @@ pub fn learn_sights(plan: &Plan, frame: &Frame) -> Option<Arc<Sights>> {
     let looked = trials(plan, frame, LOOKS);
     let sum = |weight: fn(&Tried) -> f32| looked.iter().map(weight).sum::<f32>();
     let (seen, sent) = (sum(|tried| tried.trial.weight), sum(|tried| tried.unhidden));
-    if sent == 0.0 || seen > SEEN * sent {
+    let looked: Vec<Trial> = looked.into_iter().map(|tried| tried.trial).collect();
+    if sent == 0.0 || (seen > SEEN * sent && gain(&looked, &even, sky) < WORTH) {
         return None;
     }
     let trials: Vec<Trial> = trials(plan, frame, LESSONS).into_iter().map(|tried| tried.trial).collect();
     Sights::new(&trials, &even, sky).map(Arc::new)
+}
+
+/// By what factor squares of what connections bring fall, if what half of the trials teach is asked for the others.
+fn gain(trials: &[Trial], even: &[f32], sky: Option<u32>) -> f64 {
+    let (lessons, exam) = trials.split_at(trials.len() / 2);
+    let Some(sights) = Sights::new(lessons, even, sky) else { return 1.0 };
+    let (before, after) = exam.iter().fold((0.0, 0.0), |(before, after), trial| {
+        let square = f64::from(trial.weight).powi(2);
+        (before + square, after + square / f64::from(sights.density(trial, even, sky)))
+    });
+    if after > 0.0 { before / after } else { 1.0 }
 }
 
 /// What a trial brought, and what it would have brought had nothing been in its way.

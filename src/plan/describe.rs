@@ -44,7 +44,12 @@ impl Frame {
                 Direct::Photons => "photons",
                 Direct::Auto | Direct::Connection => "connections",
             },
-            because: self.direct_because.clone(),
+            because: match (&self.sights, self.direct) {
+                (Some(_), Direct::Connection) => {
+                    format!("{}; a pilot learned which of them are seen from where", self.direct_because)
+                }
+                _ => self.direct_because.clone(),
+            },
         };
         let reflected = |paths, arrives: bool, because: &str| {
             let (by, because) = if arrives { ("photons", because) } else { ("nothing", "there is none") };
@@ -58,7 +63,8 @@ impl Frame {
                     ("use", format!("they are {gain:.0} times as dense where what they bring is seen"))
                 }
                 (None, Some(_)) => ("use", "they are denser where caustics begin".into()),
-                (None, None) => ("power", "nearly all of it is of use".into()),
+                (None, None) if plan.settings.even_starts => ("power", "asked for".into()),
+                (None, None) => ("power", "a pilot found none of much more use than others".into()),
             };
             Technique { paths: "starts of photons", by, because }
         });

@@ -56,6 +56,12 @@ impl Frame {
         self.width as usize * self.height as usize
     }
 
+    /// What it takes in memory that pilots learned.
+    pub fn learned_bytes(&self) -> usize {
+        let starts = self.photons.as_ref().and_then(|photons| photons.starts.as_ref());
+        starts.map_or(0, |starts| starts.bytes()) + self.sights.as_ref().map_or(0, |sights| sights.bytes())
+    }
+
     /// Width over height.
     pub fn aspect(&self) -> f32 {
         self.width as f32 / self.height as f32

@@ -25,7 +25,8 @@ pub struct Settings {
     /// Truncates the series: no light that was reflected more often than this, the reflection towards the camera and
     /// delta lobes included. None: the whole series.
     pub max_reflections: Option<u32>,
-    /// Photons start in proportion to the light that luminaires send there, whatever becomes of it.
+    /// Photons start, and connections lead, in proportion to the power of luminaires, whatever comes of it: nothing is learned of
+    /// what is of use.
     pub even_starts: bool,
     /// First gather radius of caustics where they are sharpest, in pixel footprints.
     pub caustic_radius: f32,

@@ -4,6 +4,7 @@
 mod cumulative;
 mod rng;
 mod sobol;
+pub mod steps;
 pub mod warp;
 
 pub use cumulative::Cumulative;

@@ -156,7 +156,6 @@ macro_rules! fields {
 }
 
 fields! {
-    // The default illumination has become the materials' matrices.
     Surface { material, smooth, closed; name }
     Pbr {
         base, alpha, coverage, vertex_colours, metallic, roughness, metallic_roughness, specular, specular_colour,
@@ -211,19 +210,14 @@ impl Fields for Scene {
 
 impl Fields for Environment {
     fn feed(&self, fnv: &mut Fnv) {
-        let (panorama, strength, turn, background) = self.parts();
+        let (digest, strength, turn, background) = self.parts();
         (MORE, (strength, turn.to_cols_array())).feed(fnv);
         match background {
             Background::Same => 0_u32.feed(fnv),
             Background::Black => 1_u32.feed(fnv),
             Background::Colour(colour) => (2_u32, colour).feed(fnv),
         }
-        (panorama.width(), panorama.height()).feed(fnv);
-        for y in 0..panorama.height() {
-            for texel in (0..panorama.width()).map(|x| panorama.at(x, y)) {
-                texel.to_array().into_iter().for_each(|x| fnv.word(u64::from(x.to_bits())));
-            }
-        }
+        digest.feed(fnv);
     }
 }
 

@@ -3,16 +3,15 @@
 //!
 //! The account is that of the picture's own light (adjoint of what photons do), so that starts are learned even where one
 //! in millions is of use, as below a roof of two metres on a plain of six kilometres. What comes by mirrors and glass alone
-//! is not found in this way; the few paths of [`learn_guide`](super::learn_guide) find that.
+//! is not found in this way: photon paths from the starts that were found look for it.
 
-use super::Walk;
+use super::lessons::caustics;
 use crate::emission::{Aimed, EMISSION_DIMENSIONS, Emitters, Origin, StartTree, Useful};
 use crate::light::{Light, Row};
 use crate::optics::{Lobe, Term, Transport};
-use crate::photon::PathClass;
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::rays::{Ray, Segment};
-use crate::sampling::{Rng, Sobol, Stream, choose, hash, warp};
+use crate::sampling::{Rng, Stream, choose, warp};
 use crate::scene::{MatterAt, SurfacePoint};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -20,12 +19,11 @@ use std::ops::Range;
 
 /// Camera paths that find out whether there is anything to learn, and by so much denser starts must become where they are of use to
 /// look on: a few paths tell little of it.
-const LOOKS: [(u32, f64); 2] = [(1 << 13, 1.2), (1 << 16, 2.0)];
+const LOOKS: [(u32, f64); 2] = [(1 << 12, 1.2), (1 << 15, 2.0)];
 /// Those that learn it.
 const LESSONS: u32 = 1 << 18;
-/// Paths that look for caustics, and the reflections of each: they begin with few.
+/// Paths that look for caustics.
 const SHOTS: u32 = 1 << 16;
-const REFLECTIONS: u32 = 8;
 /// The share of guided paths that looks for caustics, where there are any.
 const CAUSTIC: f32 = 0.35;
 /// What a photon counts where the camera does not see it at once: mirrors and glass may show it.
@@ -174,23 +172,15 @@ impl Eye<'_> {
     /// Starts of paths that leave caustics, most of all where the camera sees them.
     fn caustics(&self, photons: &PhotonPlan, tree: &StartTree) -> Vec<Useful> {
         let Self { plan, frame, emitters, .. } = self;
-        let most = photons.max_reflections.min(REFLECTIONS);
-        let photons = &PhotonPlan { max_reflections: most, keep: 1.0, ..photons.clone() };
-        let sobol = Sobol::new(hash(plan.settings.seed ^ hash(Stream::Measure as u64)));
-        let shot = |walk: &mut Walk<'_, Light>, path: u32| {
-            let rng = Rng::new(plan.settings.seed, Stream::Shoot, u32::MAX, u64::from(path));
-            let (start, density) = tree.warp(sobol.point(path, 0));
-            walk.forget();
-            walk.follow(emitters.emit(SHOTS, start), rng);
-            let photons = &walk.photons.by_class[PathClass::Caustic as usize];
-            let seen: f32 =
-                photons.iter().map(|photon| photon.power.total() * self.regard(photon.position)).sum();
-            (seen > 0.0).then_some(Useful { start, weight: seen / density })
+        let start = |u| {
+            let (start, density) = tree.warp(u);
+            (emitters.emit(SHOTS, start), (start, density))
         };
-        let each = (0..SHOTS)
-            .into_par_iter()
-            .map_init(|| Walk::<Light>::new(plan, frame, photons, SHOTS), |walk, path| shot(walk, path));
-        each.collect::<Vec<_>>().into_iter().flatten().collect()
+        caustics(plan, frame, photons, SHOTS, start, |(start, density), left| {
+            let seen: f32 =
+                left.iter().map(|photon| photon.power.total() * self.regard(photon.position)).sum();
+            (seen > 0.0).then_some(Useful { start, weight: seen / density })
+        })
     }
 
     /// What light at a place counts for, by the share of the film that it is on.

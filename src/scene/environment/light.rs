@@ -4,7 +4,9 @@ use super::Panorama;
 use super::distribution::{Distribution, integral};
 use crate::light::Light;
 use crate::sampling::warp;
+use crate::scene::Fnv;
 use glam::{Mat3, Vec3};
+use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::sync::Arc;
 
@@ -35,6 +37,8 @@ pub struct Environment {
     uniform: f32,
     /// ∫ L dω, W m⁻².
     fluence: Light,
+    /// Of the panorama's texels, which may be millions.
+    digest: u64,
     /// Where the panorama is from, in words.
     name: String,
 }
@@ -61,6 +65,7 @@ impl Environment {
         };
         Self {
             uniform: if distribution.is_some() { 0.0 } else { 1.0 },
+            digest: digest(&panorama),
             panorama: Arc::new(panorama),
             distribution,
             strength,
@@ -164,8 +169,8 @@ impl Environment {
     }
 
     /// Everything that decides what shines: for a hash.
-    pub(crate) fn parts(&self) -> (&Panorama, f32, Mat3, Background) {
-        (&self.panorama, self.strength, self.turn, self.background)
+    pub(crate) fn parts(&self) -> (u64, f32, Mat3, Background) {
+        (self.digest, self.strength, self.turn, self.background)
     }
 }
 
@@ -198,6 +203,22 @@ impl Panorama {
     pub fn seen(&self, place: [f32; 2]) -> Vec3 {
         self.around(place).into_iter().map(|(x, y, share)| share * self.at(x, y)).sum()
     }
+}
+
+/// A hash of its size and of all its texels.
+fn digest(panorama: &Panorama) -> u64 {
+    let (width, height) = (panorama.width(), panorama.height());
+    let of_row = |y: u32| {
+        let mut fnv = Fnv::EMPTY;
+        for texel in (0..width).map(|x| panorama.at(x, y)) {
+            texel.to_array().into_iter().for_each(|x| fnv.word(u64::from(x.to_bits())));
+        }
+        fnv.0
+    };
+    let rows: Vec<u64> = (0..height).into_par_iter().map(of_row).collect();
+    let mut fnv = Fnv::EMPTY;
+    [width, height].into_iter().map(u64::from).chain(rows).for_each(|word| fnv.word(word));
+    fnv.0
 }
 
 /// The same picture on more texels: an odd number for each, so that the old middles are among the new.

@@ -137,6 +137,8 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
             return Err(with_losses(dark, notes));
         }
         notes.line(dark);
+    } else if !is_lit(&assembly) && reflects && !around.shines() {
+        notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
     scene.notes = notes.finish();
