@@ -121,7 +121,11 @@ impl SettingsArgs {
         let (width, height) = self.size.unwrap_or_else(|| shaped(aspect.unwrap_or(1.0)));
         let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
         scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
-        let Settings { indirect_radius, .. } = Settings::for_film(width, height);
+        let of_film = Settings::for_film(width, height);
+        let Settings { indirect_radius, .. } = match self.photons {
+            Some(paths) => of_film.with_paths(paths),
+            None => of_film,
+        };
         Settings { width, height, indirect_radius, ..settings }
     }
 

@@ -101,7 +101,7 @@ impl Past {
 }
 
 /// Directions in which a path goes on from the first diffuse surface that photons cannot serve, and from others.
-const DIRECTIONS: [u32; 2] = [4, 1];
+const DIRECTIONS: [u32; 2] = [2, 1];
 
 /// How a glossy lobe chose a direction.
 #[derive(Clone, Copy)]
