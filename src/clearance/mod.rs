@@ -115,3 +115,6 @@ impl Clearance {
         self.sheets.is_empty()
     }
 }
+
+#[cfg(test)]
+mod tests;
