@@ -29,11 +29,12 @@ impl StateFile {
     /// One line: the file cannot be read, or is no state, of another version, or damaged.
     pub fn open(path: &Path) -> Result<Self> {
         let refused = |source| Error::Read { path: path.into(), source };
-        let file = File::open(path).map_err(refused)?;
-        let there = file.metadata().map_err(refused)?;
-        if !there.is_file() {
+        // Asked before it is opened: a pipe would wait for somebody to write.
+        if !std::fs::metadata(path).map_err(refused)?.is_file() {
             return Err(wrong(path, "it is no file".into()));
         }
+        let file = File::open(path).map_err(refused)?;
+        let there = file.metadata().map_err(refused)?;
         let mut rest = BufReader::with_capacity(1 << 16, file);
         let head = head(&mut rest).map_err(|reason| wrong(path, reason))?;
         // Each number is a byte at least.
