@@ -18,7 +18,7 @@ pids=()
 end() {
     for pid in "${pids[@]}"; do kill "$pid" 2>/dev/null || true; done
     wait
-    rm -rf "$here"
+    [ -n "${KEEP_FOLDER:-}" ] || rm -rf "$here"
 }
 trap end EXIT
 cd "$here"
@@ -68,10 +68,10 @@ pids+=($!)
 for _ in $(seq 100); do sinfo -h -o %t 2>/dev/null | grep -q idle && break; sleep 0.2; done
 sinfo -h -o '%N %t %c processors'
 
-render="builtin:cornell-spheres out --size 96x96 --passes 160 --threads 1 --quiet --checkpoint 200ms"
+render="builtin:cornell-spheres out --size 48x48 --photons 4000 --passes 480 --threads 1 --quiet --checkpoint 200ms"
 # shellcheck disable=SC2086
 set -- $render
-"$HALFLIGHT" render "$1" --size 96x96 --passes 160 --quiet -o single.exr
+"$HALFLIGHT" render "$1" --size 48x48 --photons 4000 --passes 480 --quiet -o single.exr
 shards=$(sbatch --parsable --array=1-8 -o 'shard.%a.log' "$scripts/shards.sh" "$@")
 merge=$(sbatch --parsable --dependency="afterok:$shards" -o merge.log "$scripts/merge.sh" out)
 echo "shards: job $shards, merge: job $merge"

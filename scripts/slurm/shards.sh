@@ -21,7 +21,7 @@ shift 2
 shard=$SLURM_ARRAY_TASK_ID
 shards=${SHARDS:-$SLURM_ARRAY_TASK_MAX}
 
-"${HALFLIGHT:-halflight}" render "$scene" -o "$output.$shard.exr" --shard "$shard/$shards" --checkpoint 60s "$@" &
+"${HALFLIGHT:-halflight}" render "$scene" -o "$output.$shard.exr" --shard "$shard/$shards" "$@" &
 render=$!
 trap 'kill -TERM $render 2>/dev/null' TERM
 wait $render
