@@ -3,7 +3,7 @@
 use super::limits::{Passes, Shard, duration, shard};
 use super::output::{Overwrite, claim};
 use crate::error::{Error, Result};
-use crate::film::{Key, Preview, Schedule, StateFile, StateHead};
+use crate::film::{Key, Place, Preview, Schedule, StateFile, StateHead};
 use crate::render::{Render, another_picture};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -110,8 +110,15 @@ impl Keep {
     /// Refuses a place for the state that must not be replaced. Where nobody asked for a state there is none then.
     pub fn claim(&mut self, inputs: &[PathBuf], overwrite: Overwrite) -> Result<()> {
         let Some(path) = &self.path else { return Ok(()) };
-        match claim(path, inputs, overwrite) {
-            Ok(_) => Ok(()),
+        let claimed = claim(path, inputs, overwrite).and_then(|place| match place {
+            Place::Device => {
+                let reason = "this is a device, which keeps no state".into();
+                Err(Error::Write { path: path.clone(), reason })
+            }
+            _ => Ok(()),
+        });
+        match claimed {
+            Ok(()) => Ok(()),
             Err(refused) if self.asked => Err(refused),
             Err(_) => {
                 self.path = None;

@@ -227,7 +227,8 @@ impl UnderWay<'_> {
         loop {
             let done = render.film().passes();
             let most = render.left().unwrap_or(u32::MAX).min(self.pace.most(done));
-            if most == 0 || self.limits.reached(done, self.begin.elapsed(), error) {
+            // The first is always completed.
+            if most == 0 || (done > 0 && self.limits.reached(done, self.begin.elapsed(), error)) {
                 return End::Complete;
             }
             if self.is_stopped() {

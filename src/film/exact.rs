@@ -115,7 +115,7 @@ pub enum Number {
     /// f32::NEG_INFINITY
     MinusInfinite,
     /// f32::NAN
-    NotANumber,
+    Nan,
 }
 
 impl Number {
@@ -219,7 +219,7 @@ impl<W: Whole> Row<W> {
             }
             Number::Infinite => self.add_special(i, INFINITE),
             Number::MinusInfinite => self.add_special(i, MINUS_INFINITE),
-            Number::NotANumber => self.add_special(i, NOT_A_NUMBER),
+            Number::Nan => self.add_special(i, NOT_A_NUMBER),
         }
     }
 
@@ -247,7 +247,7 @@ impl<W: Whole> Row<W> {
             NOTHING => Number::Zero,
             INFINITE => Number::Infinite,
             MINUS_INFINITE => Number::MinusInfinite,
-            NOT_A_NUMBER => Number::NotANumber,
+            NOT_A_NUMBER => Number::Nan,
             WIDE => {
                 let (negative, bytes, exponent) = self.wide[&i].bytes();
                 Number::tidy(negative, &bytes, exponent)

@@ -92,9 +92,9 @@ fn what_is_not_finite_stays_so_in_any_order() {
     for (values, expected) in [
         (&[1.0, inf, 2.0, inf][..], Number::Infinite),
         (&[-inf, 1e30], Number::MinusInfinite),
-        (&[1.0, inf, -inf], Number::NotANumber),
-        (&[nan, inf], Number::NotANumber),
-        (&[1e38, 1e-38, nan], Number::NotANumber),
+        (&[1.0, inf, -inf], Number::Nan),
+        (&[nan, inf], Number::Nan),
+        (&[1e38, 1e-38, nan], Number::Nan),
     ] {
         let backwards: Vec<f32> = values.iter().rev().copied().collect();
         assert_eq!(summed(values).0.number(0), expected);

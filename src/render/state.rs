@@ -6,7 +6,7 @@ use crate::film::{Key, Preview, Schedule, StateFile, StateHead, write_state};
 use crate::plan::{Direct, Settings};
 use std::path::Path;
 
-/// To be raised with every change after which the same scene, settings and pass number make another picture.
+/// To be raised with every change after which the same scene, settings and pass number make another picture within one version.
 pub const ESTIMATORS: u32 = 1;
 
 /// What decides a picture, of a scene with this [hash](crate::scene::Scene::hash): states with equal keys add up. Every setting is
@@ -39,7 +39,7 @@ pub fn key(scene_hash: u64, settings: &Settings) -> Key {
     keep.sort_unstable();
     keep.dedup();
     let all = [
-        ("estimators", ESTIMATORS.to_string()),
+        ("estimators", format!("{}, {ESTIMATORS}", env!("CARGO_PKG_VERSION"))),
         ("scene", format!("{scene_hash:016x}")),
         ("--size", format!("{width}x{height}")),
         ("--photons", paths.map_or("by the plan".into(), |paths| paths.to_string())),

@@ -262,6 +262,9 @@ mod killed {
             std::io::Read::read_to_string(&mut lines, &mut line).expect("text");
             assert_eq!(child.wait().expect("it ends").code(), Some(85), "{line}");
         }
+        // Planning may take all of --time, and the first pass is completed all the same.
+        let late = halflight(here, "render --size 16x16 --photons 500 --time 1ms --checkpoint 1m -o c.exr");
+        assert!(late.status.success() && here.join("c.halflight").exists(), "{}", said(&late));
         // Not one pass: to try again would end no better.
         let huge =
             "render builtin:cornell-spheres --photons 100000000 --passes 1 --stop-after 300ms -o b.exr";
@@ -283,6 +286,8 @@ mod killed {
         assert!(fifo.success());
         refused(here, &format!("render {small} -o c.exr"), &["c.halflight", "pipe"]);
         refused(here, "merge c.halflight -o m.exr", &["c.halflight"]);
+        std::os::unix::fs::symlink("/dev/full", here.join("f.halflight")).expect("a link");
+        refused(here, &format!("render {small} -o f.exr"), &["f.halflight", "device"]);
         // The scene itself, by a link.
         fs::write(here.join("s.gltf"), scene("b.bin", "t.png", 10.0)).expect("written");
         fs::write(here.join("b.bin"), triangle()).expect("written");

@@ -172,7 +172,7 @@ fn number(bytes: &mut &[u8], lowest: i16) -> Found<Number> {
         ZERO => return Ok(Number::Zero),
         INFINITE => return Ok(Number::Infinite),
         MINUS_INFINITE => return Ok(Number::MinusInfinite),
-        NOT_A_NUMBER => return Ok(Number::NotANumber),
+        NOT_A_NUMBER => return Ok(Number::Nan),
         _ => (tag & !NEGATIVE)
             .checked_sub(BYTES)
             .filter(|length| (1..=LONGEST).contains(length))

@@ -74,7 +74,7 @@ fn numbers<W: Whole>(bytes: &mut Vec<u8>, row: &Row<W>) {
             Number::Zero => bytes.push(ZERO),
             Number::Infinite => bytes.push(INFINITE),
             Number::MinusInfinite => bytes.push(MINUS_INFINITE),
-            Number::NotANumber => bytes.push(NOT_A_NUMBER),
+            Number::Nan => bytes.push(NOT_A_NUMBER),
             Number::Finite { negative, exponent, magnitude } => {
                 bytes.push((BYTES + magnitude.len() as u8) | if *negative { NEGATIVE } else { 0 });
                 let above = *exponent as i16 - lowest;
