@@ -243,7 +243,7 @@ mod killed {
             } else {
                 endless.clone()
             };
-            let output = halflight(here, &format!("{endless} {more} --stop-after 500ms"));
+            let output = halflight(here, &format!("{endless} {more} --stop-after 5s"));
             assert_eq!(output.status.code(), Some(85), "{more}: {}", said(&output));
             assert!(fact(here, "a.exr", "passes").expect("passes") >= 1.0);
             fs::remove_file(here.join("a.halflight")).expect("a state");
