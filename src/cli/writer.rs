@@ -3,8 +3,11 @@
 use super::out::say;
 use super::output::PictureFiles;
 use super::preview_args::Settled;
+use crate::atlas::AtlasRun;
 use crate::error::{Error, Result};
-use crate::film::{Compression, Layer, Preview, WrittenLayer, judge, write_exr, write_layers_exr};
+use crate::film::{
+    Compression, Film, Header, Layer, Preview, WrittenLayer, judge, write_exr, write_layers_exr,
+};
 use crate::render::Render;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -25,6 +28,22 @@ pub struct Writer {
 /// A minute in all, in which somebody, or the end of another program, may make room.
 fn wait_before(attempt: usize) -> Option<Duration> {
     [1, 2, 4, 8, 15, 30].get(attempt).map(|seconds| Duration::from_secs(*seconds))
+}
+
+/// Writes; where that fails waits for a minute in all, but not for a device.
+///
+/// # Errors
+/// Those of the last time.
+pub fn patiently(device: bool, write: impl Fn() -> Result<()>) -> Result<()> {
+    for attempt in 0.. {
+        let Err(e) = write() else { break };
+        let Some(wait) = wait_before(attempt).filter(|_| !device) else { return Err(e) };
+        // Also when quiet: whoever waits must know for what.
+        let line = format!("{e}; trying again in {} s", wait.as_secs());
+        say(format_args!("halflight: {line}"));
+        std::thread::sleep(wait);
+    }
+    Ok(())
 }
 
 impl Writer {
@@ -58,16 +77,8 @@ impl Writer {
     /// # Errors
     /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
     pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
-        for attempt in 0.. {
-            let Err(e) = write(&self.files, render, self.preview) else { break };
-            let Some(wait) = wait_before(attempt).filter(|_| !self.files.device) else {
-                return Err(self.lost(e, render.film().passes()));
-            };
-            // Also when quiet: whoever waits must know for what.
-            let line = format!("{e}; trying again in {} s", wait.as_secs());
-            say(format_args!("halflight: {line}"));
-            std::thread::sleep(wait);
-        }
+        patiently(self.files.device, || write(&self.files, render, self.preview))
+            .map_err(|e| self.lost(e, render.film().passes()))?;
         self.look_at(render)?;
         Ok(self.files.describe())
     }
@@ -116,12 +127,21 @@ fn counted(passes: u32) -> String {
 }
 
 fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> {
-    let film = render.film();
+    write_picture(files, render.film(), render.header(), render.atlas_run(), preview)
+}
+
+/// Writes a picture with what is to be said of it.
+pub fn write_picture(
+    files: &PictureFiles,
+    film: &Film,
+    mut header: Header,
+    atlas: Option<&AtlasRun>,
+    preview: Preview,
+) -> Result<()> {
     let plane = film.mean(Layer::Visible);
-    let mut header = render.header();
     let shown = files.shown.is_some().then(|| Settled::of(preview, &plane));
     shown.iter().for_each(|shown| shown.tell(&mut header));
-    match (&files.exr, render.atlas_run()) {
+    match (&files.exr, atlas) {
         (None, _) => {}
         (Some(exr), None) => write_exr(exr, film, &header)?,
         (Some(exr), Some(atlas)) => {

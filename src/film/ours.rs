@@ -29,6 +29,8 @@ fn signed(bytes: &[u8]) -> bool {
         holds(&[b"\xff\xfe\0\x0b", SIGNATURE.as_bytes()].concat())
     } else if bytes.starts_with(b"<!doctype html>") {
         holds(format!("<meta name=\"generator\" content=\"{SIGNATURE}\">").as_bytes())
+    } else if bytes.starts_with(super::state::MAGIC) {
+        true
     } else {
         bytes.starts_with(b"{") && holds(format!("\"program\": \"{SIGNATURE} ").as_bytes())
     }
