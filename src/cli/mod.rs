@@ -14,7 +14,6 @@ mod interrupt;
 mod mix;
 mod out;
 mod output;
-mod pace;
 mod plan;
 mod preview_args;
 mod progress;

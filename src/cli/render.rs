@@ -1,16 +1,16 @@
 use super::interrupt::Interrupt;
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
-use super::pace::Pace;
-use super::preview_args::{PreviewArgs, usual};
+use super::preview_args::PreviewArgs;
 use super::progress::Progress;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
 use super::writer::Writer;
 use crate::error::{Error, Result};
+use crate::film::Preview;
 use crate::machine;
 use crate::plan::Settings;
-use crate::render::{ErrorEstimate, Render};
+use crate::render::{ErrorEstimate, Pace, Render};
 use crate::scene::names::listed;
 use clap::Args;
 use std::fmt::Display;
@@ -96,7 +96,7 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     };
     scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
     let settings = Settings { atlas: args.atlas, memory: machine::memory(), ..settings };
-    let preview = args.preview.over(usual(&scene));
+    let preview = args.preview.over(Preview::usual(&scene));
     let mut render = Render::new(scene, settings, &layers)?;
     announce(&render, tell);
     let mut writer = Writer::new(files, preview, args.quiet);

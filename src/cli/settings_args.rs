@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::Layer;
-use crate::plan::{Direct, Method, Omittable, Settings};
+use crate::plan::{Direct, Method, Omittable, Settings, film_size};
 use crate::scene::{NO_CAMERA, Scene};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -118,7 +118,7 @@ impl SettingsArgs {
     /// picture is noted.
     pub fn film(&self, settings: Settings, scene: &mut Scene) -> Settings {
         let aspect = scene.camera.aspect;
-        let (width, height) = self.size.unwrap_or_else(|| shaped(aspect.unwrap_or(1.0)));
+        let (width, height) = self.size.unwrap_or_else(|| film_size(aspect));
         let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
         scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
         let Settings { indirect_radius, .. } = Settings::for_film(width, height);
@@ -142,21 +142,12 @@ impl SettingsArgs {
     }
 }
 
-/// The longer side of a film of no given size.
-const LONGER_SIDE: u32 = 512;
-
-/// A film of the given width / height.
-fn shaped(aspect: f32) -> (u32, u32) {
-    let shorter = |share: f32| ((LONGER_SIDE as f32 * share).round() as u32).max(1);
-    if aspect >= 1.0 { (LONGER_SIDE, shorter(1.0 / aspect)) } else { (shorter(aspect), LONGER_SIDE) }
-}
-
 /// What a film shows that a picture of the given width / height does not. None where a pixel makes the difference.
 fn beside(aspect: f32, width: u32, height: u32) -> Option<String> {
     let surplus = width as f32 - aspect * height as f32;
     let place = if surplus > 0.0 { "on the left and right" } else { "above and below" };
     (surplus.abs() >= aspect.max(1.0)).then(|| {
-        let (width_of_1, fitting) = (format!("{aspect:.4}"), shaped(aspect));
+        let (width_of_1, fitting) = (format!("{aspect:.4}"), film_size(Some(aspect)));
         let width_of_1 = width_of_1.trim_end_matches('0').trim_end_matches('.');
         format!(
             "the camera's picture is {width_of_1}:1, the film {width}x{height}: it also shows what lies {place} (--size {}x{} \
@@ -196,13 +187,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn films_have_the_shape_of_the_cameras_picture_and_what_they_show_besides_is_told() {
-        assert_eq!(shaped(1.0), (512, 512));
-        assert_eq!(shaped(16.0 / 9.0), (512, 288));
-        assert_eq!(shaped(0.5), (256, 512));
-        assert_eq!((shaped(1e9), shaped(1e-9)), ((512, 1), (1, 512)));
+    fn what_a_film_shows_beside_the_cameras_picture_is_told() {
         for aspect in [1.0, 16.0 / 9.0, 4.0 / 3.0, 1.85, 0.37] {
-            let (width, height) = shaped(aspect);
+            let (width, height) = film_size(Some(aspect));
             assert_eq!(beside(aspect, width, height), None);
         }
         assert!(beside(16.0 / 9.0, 512, 512).is_some_and(|note| note.contains("above and below")));
