@@ -29,7 +29,8 @@ pub fn wait<T: Send>(py: Python<'_>, stop: &Stop, work: impl FnOnce() -> T + Sen
                 stop.ask();
             }
             let made = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
-            heard.map(|()| made)
+            // Also where all work is done between two looks.
+            heard.and_then(|()| Python::attach(|py| py.check_signals())).map(|()| made)
         })
     })
 }

@@ -146,9 +146,10 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
     };
     let kappa = frontier.kappa(1.0);
     if kappa.is_infinite() {
-        let reason = plan.existence.refusal(&plan.scene).unwrap_or_else(|| {
-            "no image exists: light that does not follow s multiplies without end".into()
-        });
+        let reason = plan
+            .existence
+            .refusal(&plan.scene)
+            .unwrap_or_else(|| "no image exists: light that does not follow s multiplies without end".into());
         return Err(Error::NoImage { reason, k: plan.existence.factor() });
     }
     let (s, t) = (f64::from(at.0), f64::from(at.1));

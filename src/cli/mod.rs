@@ -4,6 +4,7 @@ mod check;
 mod check_page;
 mod compare;
 mod compare_args;
+mod compare_variants;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;

@@ -30,7 +30,7 @@ pub struct SettingsArgs {
 
     /// Layers of the EXR file, comma-separated: visible, invisible, error, bias, emitted, direct, caustic, indirect, depth,
     /// normal, albedo; or `all`.
-    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_values = DEFAULT_LAYERS)]
     pub layers: Vec<String>,
 
     /// Cut the series: no light that was reflected more than N times, the reflection towards the camera and mirrors
@@ -47,6 +47,15 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub samples: Option<u32>,
 
+    /// First gather radius of inter-reflection in pixels: wider is smoother and more biased. Default: 7, or a 32nd of the height of
+    /// the film if that is more.
+    #[arg(long, value_name = "PIXELS", value_parser = radius)]
+    pub indirect_radius: Option<f32>,
+
+    /// First gather radius of caustics where they are sharpest, in pixels. Default: 2.
+    #[arg(long, value_name = "PIXELS", value_parser = radius)]
+    pub caustic_radius: Option<f32>,
+
     /// Start photons, and lead connections, in proportion to the power of luminaires, whatever comes of it: for measurements of
     /// what it brings to learn where light is of use.
     #[arg(long)]
@@ -61,6 +70,8 @@ pub struct SettingsArgs {
     pub keep: Vec<String>,
 }
 
+/// Layers of the EXR file.
+pub(super) const DEFAULT_LAYERS: [&str; 2] = ["visible", "error"];
 /// Camera samples per pixel and pass of the path tracers.
 pub(super) const DEFAULT_SAMPLES: u32 = 4;
 
@@ -94,6 +105,7 @@ impl SettingsArgs {
                 "--samples {samples}: photons take one camera sample per pixel and pass; add --method path, or give more passes"
             )));
         }
+        let usual = Settings::default();
         let settings = Settings {
             paths: self.photons,
             seed: self.seed,
@@ -109,7 +121,8 @@ impl SettingsArgs {
             even_starts: self.even_starts,
             keep_everything: self.keep_everything,
             keep: self.keep()?,
-            ..Settings::default()
+            caustic_radius: self.caustic_radius.unwrap_or(usual.caustic_radius),
+            ..usual
         };
         Ok((settings, layers))
     }
@@ -121,7 +134,8 @@ impl SettingsArgs {
         let (width, height) = self.size.unwrap_or_else(|| film_size(aspect));
         let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
         scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
-        let Settings { indirect_radius, .. } = Settings::for_film(width, height);
+        let usual = Settings::for_film(width, height);
+        let indirect_radius = self.indirect_radius.unwrap_or(usual.indirect_radius);
         Settings { width, height, indirect_radius, ..settings }
     }
 
@@ -171,12 +185,24 @@ pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     Ok((side(width)?, side(height)?))
 }
 
-/// A whole number from one up, also as in 1e6.
+fn radius(text: &str) -> std::result::Result<f32, String> {
+    let number = text.parse().ok().filter(|x: &f32| *x > 0.0 && x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no radius; write a number of pixels above zero"))
+}
+
+/// A whole number from one up, also as in 1e6, 20k, 1.5M.
 pub(super) fn whole<T: TryFrom<u64>>(text: &str) -> std::result::Result<T, String> {
-    let wrong =
-        || format!("`{text}` is no number of things; write a whole number above zero, as in 20000 or 2e4");
+    let wrong = || {
+        format!("`{text}` is no number of things; write a whole number above zero, as in 20000, 2e4 or 20k")
+    };
+    let (digits, scale) = match text.strip_suffix(['k', 'M']) {
+        Some(digits) => (digits, if text.ends_with('k') { 1e3 } else { 1e6 }),
+        None => (text, 1.0),
+    };
     // Below 2^53 a float holds whole numbers exactly.
-    let float = || text.parse::<f64>().ok().filter(|x| x.fract() == 0.0 && *x > 0.0 && *x < 9e15);
+    let float = || {
+        digits.parse::<f64>().map(|x| scale * x).ok().filter(|x| x.fract() == 0.0 && *x > 0.0 && *x < 9e15)
+    };
     let number = text.parse::<u64>().ok().or_else(|| float().map(|x| x as u64)).filter(|n| *n > 0);
     let number = number.ok_or_else(wrong)?;
     T::try_from(number).map_err(|_| format!("`{text}` is too large a number"))
@@ -200,8 +226,25 @@ mod tests {
     fn numbers_may_be_written_with_an_exponent() {
         assert_eq!(whole::<u32>("1e6"), Ok(1_000_000));
         assert_eq!(whole::<u32>("2.5e3"), Ok(2_500));
+        assert_eq!((whole::<u32>("20k"), whole::<u32>("1.5M")), (Ok(20_000), Ok(1_500_000)));
         assert_eq!(whole::<u32>("4294967295"), Ok(u32::MAX));
-        for wrong in ["0", "-1", "1.5", "1e-3", "nan", "inf", "", "1e", "4294967296", "1e16"] {
+        for wrong in [
+            "0",
+            "-1",
+            "1.5",
+            "1e-3",
+            "nan",
+            "inf",
+            "",
+            "1e",
+            "4294967296",
+            "1e16",
+            "k",
+            "1.5",
+            "0k",
+            "1m",
+            "0.1k k",
+        ] {
             assert!(whole::<u32>(wrong).is_err(), "{wrong}");
         }
     }

@@ -33,4 +33,4 @@ pub use read_exr::read_exr;
 pub use replace::{Place, check_writable, replace_file};
 pub use sums::{Film, PassImage};
 pub use write_exr::{Line, WrittenLayer, line_of, write_exr, write_image_exr, write_layers_exr};
-pub use write_png::{srgb_encode, rgb_png, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};
+pub use write_png::{rgb_png, srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};
