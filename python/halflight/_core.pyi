@@ -51,6 +51,28 @@ class CheckRow(TypedDict):
     seconds: float
     passes: bool
 
+class CompareRow(TypedDict):
+    method: str
+    seed: int
+    budget: float
+    seconds: float
+    setup_seconds: float
+    passes: int
+    photon_paths: int
+    camera_samples: int
+    relmse_measured: float
+    relmse: float
+    rmse: float
+    bias: float
+    relative_bias: float | None
+    e_pixel: float
+    e_pixel_max: float
+    mean_colour: float
+    not_finite: int
+    compared: int
+    flip: float
+    reference_too_noisy: bool
+
 class Sample(TypedDict):
     t: float
     kappa: float
@@ -377,3 +399,16 @@ def multiplication_factor(
     scene: Scene, *, illumination: Illumination | None = None, seed: int = 0
 ) -> Factor: ...
 def check(scene: Scene | None = None, *, case: str | None = None, quick: bool = True) -> list[CheckRow]: ...
+def compare(
+    scene: Scene,
+    variants: Sequence[Mapping[str, Any]],
+    *,
+    budgets: Sequence[float] = (1, 2, 4),
+    seeds: int = 3,
+    size: tuple[int, int] | None = None,
+    illumination: Illumination | None = None,
+    max_reflections: int | None = None,
+    reference: Picture | None = None,
+    reference_seconds: float = 30,
+    reference_method: Method = "path",
+) -> list[CompareRow]: ...

@@ -48,7 +48,8 @@ pub fn colour(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec3> {
     if let Ok(grey) = value.extract::<f32>() {
         return Ok(Vec3::splat(grey));
     }
-    vec3(value, what).map_err(|_| usage(format!("{what}: no colour; give three linear numbers, or one for grey")))
+    vec3(value, what)
+        .map_err(|_| usage(format!("{what}: no colour; give three linear numbers, or one for grey")))
 }
 
 /// A 2×2 matrix by rows: the outgoing half is the row, invisible first. None for None.

@@ -6,9 +6,7 @@ use crate::scene::Scene;
 use crate::settings::{Limits, Wanted};
 use halflight::atlas::Atlas as Square;
 use halflight::error::{Error, Result};
-use halflight::film::{
-    Compression, Header, Image, Layer, Preview, WrittenLayer, write_layers_exr,
-};
+use halflight::film::{Compression, Header, Image, Layer, Preview, WrittenLayer, write_layers_exr};
 use halflight::scene::Illumination;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

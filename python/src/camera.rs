@@ -41,7 +41,9 @@ impl Camera {
         let lens = match (number("aperture")?, number("focus")?) {
             (None, None) => None,
             (Some(radius), Some(focus)) => Some(Lens { radius, focus }),
-            _ => return Err(usage("Camera(): a lens has both an aperture and a focus; give both or neither")),
+            _ => {
+                return Err(usage("Camera(): a lens has both an aperture and a focus; give both or neither"));
+            }
         };
         more.finish()?;
         let (position, target) = (vec3(position, "position")?, vec3(target, "target")?);

@@ -6,6 +6,7 @@
 mod array;
 mod atlas;
 mod camera;
+mod compare;
 mod errors;
 mod luminaire;
 mod material;
@@ -25,6 +26,8 @@ mod _core {
     use super::atlas::Atlas;
     #[pymodule_export]
     use super::camera::Camera;
+    #[pymodule_export]
+    use super::compare::compare;
     #[pymodule_export]
     use super::luminaire::Luminaire;
     #[pymodule_export]

@@ -23,11 +23,7 @@ impl Luminaire {
     /// The same `intensity` (W/sr) in all directions from `position` (m).
     #[staticmethod]
     #[pyo3(signature = (position, intensity, *, halves=None))]
-    fn point(
-        position: Any<'_, '_>,
-        intensity: Any<'_, '_>,
-        halves: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
+    fn point(position: Any<'_, '_>, intensity: Any<'_, '_>, halves: Option<Any<'_, '_>>) -> PyResult<Self> {
         let position = vec3(position, "position")?;
         Ok(Lamp::Point { position, intensity: light(intensity, "intensity", halves)? }.into())
     }
@@ -44,7 +40,9 @@ impl Luminaire {
         halves: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         if !(0.0 <= inner && inner <= outer && outer <= FRAC_PI_2) {
-            return Err(usage(format!("spot: inner {inner} and outer {outer}; they rise from 0 to π/2 radians")));
+            return Err(usage(format!(
+                "spot: inner {inner} and outer {outer}; they rise from 0 to π/2 radians"
+            )));
         }
         Ok(Lamp::Spot {
             position: vec3(position, "position")?,
@@ -99,7 +97,9 @@ impl Luminaire {
         halves: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         if !(0.002..=180.0).contains(&angle) {
-            return Err(usage(format!("sun: its angle is {angle}; give 0.002 to 180 degrees, or use directional")));
+            return Err(usage(format!(
+                "sun: its angle is {angle}; give 0.002 to 180 degrees, or use directional"
+            )));
         }
         let irradiance = light(irradiance, "irradiance", halves)?;
         Ok(Lamp::sun(unit(direction)?, irradiance, (0.5 * angle).to_radians()).into())
@@ -124,5 +124,7 @@ fn light(rgb: Any<'_, '_>, what: &str, given: Option<Any<'_, '_>>) -> PyResult<L
 
 fn unit(direction: Any<'_, '_>) -> PyResult<Vec3> {
     let direction = vec3(direction, "direction")?;
-    direction.try_normalize().ok_or_else(|| usage(format!("direction {direction} leads nowhere; give one of some length")))
+    direction
+        .try_normalize()
+        .ok_or_else(|| usage(format!("direction {direction} leads nowhere; give one of some length")))
 }

@@ -205,7 +205,8 @@ fn parameters(more: &Options<'_>) -> PyResult<Pbr> {
     let hue = |name, usual: f32| {
         let value = more.read(name, |value| colour(value, name))?.unwrap_or(Vec3::splat(usual));
         let fits = value.is_finite() && value.min_element() >= 0.0;
-        fits.then_some(value).ok_or_else(|| usage(format!("{name}={value}: give finite numbers, none below 0")))
+        fits.then_some(value)
+            .ok_or_else(|| usage(format!("{name}={value}: give finite numbers, none below 0")))
     };
     let flag = |name| Ok::<bool, PyErr>(more.get(name, "True or False")?.unwrap_or(false));
     let mut pbr = Pbr { metallic: share("metallic", 0.0)?, ..Pbr::default() };

@@ -2,8 +2,8 @@ use crate::array::{of_numbers, of_plane};
 use crate::errors::{no_layer, raised, usage};
 use halflight::error::Error;
 use halflight::film::{
-    Exposure, Image, Layer, Preview, Value, View, is_ours, read_exr, rgb_png, write_image_exr, write_rgb_jpg,
-    write_rgb_png,
+    Exposure, Image, Layer, Preview, Value, View, is_ours, read_exr, rgb_png, write_hdr, write_image_exr,
+    write_pfm, write_rgb_jpg, write_rgb_png,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -30,6 +30,11 @@ impl Picture {
         Self { image, preview }
     }
 
+    /// Its layers and facts.
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
     fn size(&self) -> (u32, u32) {
         (self.image.width, self.image.height)
     }
@@ -51,7 +56,10 @@ impl Picture {
         let view = match view {
             None => self.preview.view,
             Some(name) => View::ALL.into_iter().find(|view| view.name() == name).ok_or_else(|| {
-                usage(format!("view: there is no '{name}'; the views are {}", View::ALL.map(View::name).join(", ")))
+                usage(format!(
+                    "view: there is no '{name}'; the views are {}",
+                    View::ALL.map(View::name).join(", ")
+                ))
             })?,
         };
         Ok(Preview { exposure, view })
@@ -145,7 +153,7 @@ impl Picture {
     }
 
     /// Writes it; the ending decides: .exr holds all layers, .png and .jpg what a display shows at `exposure` (stops or "auto") by a
-    /// `view` ("standard", "neutral", "agx"). A file that halflight did not write is replaced only with `overwrite`.
+    /// `view` ("standard", "neutral", "agx"), .pfm and .hdr the linear light of `visible`. A file that halflight did not write is replaced only with `overwrite`.
     #[pyo3(signature = (path, *, exposure=None, view=None, overwrite=false))]
     fn save(
         &self,
@@ -197,8 +205,10 @@ impl Picture {
             Some("exr") => write_image_exr(path, &self.image),
             Some("png") => write_rgb_png(path, width, height, visible()?, preview).map(drop),
             Some("jpg" | "jpeg") => write_rgb_jpg(path, width, height, visible()?, preview).map(drop),
+            Some("pfm") => write_pfm(path, width, height, visible()?),
+            Some("hdr") => write_hdr(path, width, height, visible()?),
             _ => Err(Error::Usage(format!(
-                "{}: the ending decides what is written: .exr (all layers), .png or .jpg",
+                "{}: the ending decides what is written: .exr (all layers), .png or .jpg (as on a display), .pfm or .hdr (linear light)",
                 path.display()
             ))),
         }
@@ -209,7 +219,9 @@ impl Picture {
 pub fn claim(path: &Path) -> PyResult<()> {
     let refused = |reason: String| raised(Error::Write { path: path.into(), reason });
     if path.is_file() && !is_ours(path).map_err(|why| refused(why.to_string()))? {
-        return Err(refused("halflight did not write the file that is there; give another name, or overwrite=True".into()));
+        return Err(refused(
+            "halflight did not write the file that is there; give another name, or overwrite=True".into(),
+        ));
     }
     Ok(())
 }

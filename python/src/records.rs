@@ -150,7 +150,8 @@ pub fn check<'py>(
 
 /// Case by case, so that Ctrl-C is heard between them.
 fn suite(py: Python<'_>, name: Option<&str>, effort: Effort) -> PyResult<Vec<CheckRow>> {
-    let chosen: Vec<_> = cases().into_iter().filter(|case| name.is_none_or(|name| case.name.contains(name))).collect();
+    let chosen: Vec<_> =
+        cases().into_iter().filter(|case| name.is_none_or(|name| case.name.contains(name))).collect();
     if chosen.is_empty() {
         let known = cases().iter().map(|case| case.name).collect::<Vec<_>>().join(", ");
         return Err(usage(format!("case: there is none of that name; there are {known}")));

@@ -137,7 +137,8 @@ fn step(render: &mut Rendering, pace: &mut Pace, limits: &Limits, stop: &Stop) -
 
 impl Now {
     fn reaches(&self, limits: &Limits, begin: Instant) -> bool {
-        let error = self.error.map(ErrorEstimate::total).filter(|_| self.passes >= FEWEST_PASSES_FOR_AN_ERROR);
+        let error =
+            self.error.map(ErrorEstimate::total).filter(|_| self.passes >= FEWEST_PASSES_FOR_AN_ERROR);
         let reached = |limit: f64| error.is_some_and(|error| error <= limit || !error.is_finite());
         limits.passes.is_some_and(|limit| self.passes >= limit)
             || limits.time.is_some_and(|limit| begin.elapsed() >= limit)
@@ -168,7 +169,8 @@ impl Now {
     }
 
     fn print(&self, py: Python<'_>, seconds: f64, done: bool) -> PyResult<()> {
-        let error = self.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error.total()));
+        let error =
+            self.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error.total()));
         let end = if done { "\n" } else { "" };
         let line = format!("\r{} passes, {seconds:.1} s{error}  {end}", self.passes);
         let err = py.import("sys")?.getattr("stderr")?;

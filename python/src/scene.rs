@@ -116,7 +116,8 @@ impl Scene {
     fn new(name: String, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Scene()", more)?;
         let mut builder = SceneBuilder::new(name);
-        builder.camera = more.get::<Bound<'_, Camera>>("camera", "a Camera")?.map(|camera| camera.get().inner);
+        builder.camera =
+            more.get::<Bound<'_, Camera>>("camera", "a Camera")?.map(|camera| camera.get().inner);
         let illumination = more.read("illumination", illumination)?;
         let around = surroundings(&more)?;
         more.finish()?;
@@ -208,7 +209,8 @@ impl Scene {
         name: String,
     ) -> PyResult<()> {
         let corners = rows::<3>(corners, "corners")?;
-        let corners: [_; 4] = corners.try_into().map_err(|_| usage("corners: not numbers of shape (4, 3)"))?;
+        let corners: [_; 4] =
+            corners.try_into().map_err(|_| usage("corners: not numbers of shape (4, 3)"))?;
         self.add(py, Shape::quad(name, 0, corners), material)
     }
 
@@ -228,7 +230,8 @@ impl Scene {
     /// Its materials by their names: a mapping whose values can be changed.
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyMappingProxy>> {
-        let materials: Vec<_> = self.inner().materials.iter().map(|material| material.clone_ref(py)).collect();
+        let materials: Vec<_> =
+            self.inner().materials.iter().map(|material| material.clone_ref(py)).collect();
         let by_name = PyDict::new(py);
         for material in materials {
             by_name.set_item(material.get().name(), material)?;
@@ -313,7 +316,9 @@ impl Inner {
         }
         let name = material.get().name();
         if self.materials.iter().any(|known| known.get().name() == name) {
-            return Err(usage(format!("there is another material `{name}` in the scene; give it another name")));
+            return Err(usage(format!(
+                "there is another material `{name}` in the scene; give it another name"
+            )));
         }
         self.materials.push(material.clone().unbind());
         Ok(self.materials.len() as u32 - 1)
@@ -353,7 +358,9 @@ fn mesh(positions: &Bound<'_, PyAny>, indices: &Bound<'_, PyAny>, more: &Options
 fn colours(value: &Bound<'_, PyAny>) -> PyResult<Vec<Vec4>> {
     match rows_f32::<4>(value, "colors") {
         Ok(colours) => Ok(colours.into_iter().map(Vec4::from).collect()),
-        Err(_) => Ok(rows_f32::<3>(value, "colors")?.into_iter().map(|[r, g, b]| Vec4::new(r, g, b, 1.0)).collect()),
+        Err(_) => {
+            Ok(rows_f32::<3>(value, "colors")?.into_iter().map(|[r, g, b]| Vec4::new(r, g, b, 1.0)).collect())
+        }
     }
 }
 

@@ -22,14 +22,32 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// Reads it.
+    /// All of it.
     pub fn of(more: &Options<'_>) -> PyResult<Self> {
+        let Self { illumination, size, settings: Settings { max_reflections, .. }, .. } = Self::common(more)?;
+        let mut own = Self::own(more)?;
+        own.settings.seed = more.get("seed", "a whole number of 0 or more")?.unwrap_or(0);
+        own.settings.max_reflections = max_reflections;
+        Ok(Self { illumination, size, ..own })
+    }
+
+    /// What all have in common that are compared.
+    pub fn common(more: &Options<'_>) -> PyResult<Self> {
         let illumination = more.read("illumination", illumination)?;
         let size = more.get::<(u32, u32)>("size", "(width, height) in pixels")?;
-        if let Some((width, height)) = size.filter(|(w, h)| ![w, h].iter().all(|s| (1..=LONGEST_SIDE).contains(*s))) {
+        if let Some((width, height)) =
+            size.filter(|(w, h)| ![w, h].iter().all(|s| (1..=LONGEST_SIDE).contains(*s)))
+        {
             return Err(usage(format!("size=({width}, {height}): each side has 1 to {LONGEST_SIDE} pixels")));
         }
-        let method = method(more)?;
+        let max_reflections = more.get("max_reflections", "a whole number of 0 or more")?;
+        let settings = Settings { max_reflections, ..Settings::default() };
+        Ok(Self { illumination, size, settings, layers: vec![Layer::Visible], radii: [None; 2] })
+    }
+
+    /// What each may have of its own.
+    pub fn own(more: &Options<'_>) -> PyResult<Self> {
+        let method = method(more, "method")?.unwrap_or(Method::Photon);
         let layers = layers(more, method)?;
         let samples = count(more, "samples")?;
         if let (Some(samples), Method::Photon) = (samples, method) {
@@ -40,12 +58,10 @@ impl Wanted {
         let usual = Settings::default();
         let settings = Settings {
             paths: count(more, "photons")?,
-            seed: more.get("seed", "a whole number of 0 or more")?.unwrap_or(0),
             direct: direct(more)?,
             method,
             samples: samples.unwrap_or(usual.samples),
             invisible: layers.contains(&Layer::Invisible),
-            max_reflections: more.get("max_reflections", "a whole number of 0 or more")?,
             even_starts: more.get("even_starts", "True or False")?.unwrap_or(false),
             keep_everything: more.get("keep_everything", "True or False")?.unwrap_or(false),
             keep: keep(more)?,
@@ -53,7 +69,20 @@ impl Wanted {
             ..usual
         };
         let radii = [radius(more, "indirect_radius")?, radius(more, "caustic_radius")?];
-        Ok(Self { illumination, size, settings, layers, radii })
+        Ok(Self { illumination: None, size: None, settings, layers, radii })
+    }
+
+    /// The settings that are its own, on the film of `base` and with the series that `base` has.
+    pub fn over(self, base: &Settings) -> Settings {
+        let [indirect, caustic] = self.radii;
+        Settings {
+            width: base.width,
+            height: base.height,
+            max_reflections: base.max_reflections,
+            indirect_radius: indirect.unwrap_or(base.indirect_radius),
+            caustic_radius: caustic.unwrap_or(base.caustic_radius),
+            ..self.settings
+        }
     }
 
     /// The settings for a scene, and the layers.
@@ -72,11 +101,13 @@ impl Wanted {
     }
 }
 
-fn method(more: &Options<'_>) -> PyResult<Method> {
-    let Some(name) = more.get::<String>("method", "a name")? else { return Ok(Method::Photon) };
-    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| {
+/// A method by the name that an argument gives.
+pub fn method(more: &Options<'_>, argument: &'static str) -> PyResult<Option<Method>> {
+    let Some(name) = more.get::<String>(argument, "a name")? else { return Ok(None) };
+    let found = Method::ALL.into_iter().find(|method| method.name() == name);
+    found.map(Some).ok_or_else(|| {
         let known = Method::ALL.map(Method::name).join(", ");
-        usage(format!("method: there is no '{name}'; the methods are {known}"))
+        usage(format!("{argument}: there is no '{name}'; the methods are {known}"))
     })
 }
 

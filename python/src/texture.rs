@@ -64,7 +64,8 @@ pub fn lay(pbr: &mut Pbr, textures: &Bound<'_, PyDict>) -> PyResult<()> {
 
 /// An array of bytes of shape (height, width) or (height, width, channels), row by row from the top.
 fn read(name: &str, image: &Bound<'_, PyAny>) -> PyResult<Image> {
-    let wrong = || usage(format!("textures[{name:?}]: not an array of uint8 of shape (height, width, 1 to 4)"));
+    let wrong =
+        || usage(format!("textures[{name:?}]: not an array of uint8 of shape (height, width, 1 to 4)"));
     let array = image.cast::<PyArray<u8, numpy::IxDyn>>().map_err(|_| wrong())?;
     let (height, width) = match *array.shape() {
         [height, width] | [height, width, 1..=4] => (height, width),
@@ -73,7 +74,9 @@ fn read(name: &str, image: &Bound<'_, PyAny>) -> PyResult<Image> {
     let texels = array.readonly().as_array().iter().copied().collect();
     let side = |side: usize| u32::try_from(side).map_err(|_| wrong());
     let encoding = match name {
-        "base_color" | "emissive" | "specular_color" | "diffuse_transmission_color" | "sheen_color" => Encoding::Colour,
+        "base_color" | "emissive" | "specular_color" | "diffuse_transmission_color" | "sheen_color" => {
+            Encoding::Colour
+        }
         _ => Encoding::Data,
     };
     Image::new(name, [side(width)?, side(height)?], texels, encoding).ok_or_else(wrong)

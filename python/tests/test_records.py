@@ -29,13 +29,41 @@ def test_multiplication_factors_over_a_sweep_are_a_table():
 
 
 def test_checks_are_a_table():
-    scene = hl.Scene.load("builtin:concentric")
-    table = pd.DataFrame(hl.check(scene))
-    assert table.passes.all() and {"existence", "pixels", "energy"} <= set(table.case)
-    name = table.case[0]
-    assert table[table.case == name].what.notna().all()
+    table = pd.DataFrame(hl.check(case="far"))
+    assert set(table.case) == {"far-away", "sky-far-away"} and table.passes.all()
+    assert table[table.z.notna()].expected.notna().all()
     with pytest.raises(hl.UsageError, match="none of that name"):
         hl.check(case="no such case")
+
+
+def test_a_comparison_is_a_table():
+    scene = hl.Scene.load("builtin:cornell-spheres")
+    variants = [{"name": "wide", "indirect_radius": 24, "photons": 5000}, {"name": "path", "method": "path", "samples": 1}]
+    settings = {"size": (24, 24), "budgets": [0.2, 0.1], "seeds": 2}
+    table = pd.DataFrame(hl.compare(scene, variants, reference_seconds=2, **settings))
+    assert list(table.method.unique()) == ["wide", "path"] and list(table.budget.unique()) == [0.1, 0.2]
+    assert len(table) == 2 * 2 * 2 and (table.seconds >= table.budget).all() and (table.relmse_measured > 0).all()
+    assert (table[table.method == "wide"].photon_paths == 5000 * table.passes).all()
+    reference = hl.render(scene, size=(24, 24), method="path", passes=50, seed=99)
+    given = pd.DataFrame(hl.compare(scene, variants[:1], reference=reference, **settings))
+    assert len(given) == 4 and (given.flip > 0).all()
+
+
+@pytest.mark.parametrize(
+    "variants, more, words",
+    [
+        ([{"photons": 5}], {}, "give each variant a name"),
+        ([{"name": "a"}, {"name": "a"}], {}, "is called a like one before it"),
+        ([{"name": "a", "methd": "path"}], {}, "no argument `methd`"),
+        ([{"name": "a", "size": (4, 4)}], {}, "no argument `size`"),
+        ([{"name": "a"}], {"budgets": []}, "at least one number"),
+        ([{"name": "a"}], {"reference_method": "pth"}, "no 'pth'"),
+    ],
+)
+def test_comparisons_that_are_wrong_are_told_in_a_line(variants, more, words):
+    with pytest.raises((hl.UsageError, TypeError)) as told:
+        hl.compare(hl.Scene.load("builtin:concentric"), variants, **more)
+    assert words in str(told.value) and "\n" not in str(told.value)
 
 
 def names_of(node):

@@ -9,6 +9,7 @@ use super::writer::Writer;
 use crate::error::{Error, Result};
 use crate::film::Preview;
 use crate::machine;
+use crate::mattes::Mattes;
 use crate::plan::Settings;
 use crate::render::{ErrorEstimate, Pace, Render};
 use crate::scene::names::listed;
@@ -24,7 +25,7 @@ pub struct RenderArgs {
     scene: SceneArgs,
 
     /// The picture; its ending decides the format: .exr holds all layers and has a PNG preview beside it; .png and .jpg
-    /// hold what a display shows, and nothing else is written.
+    /// hold what a display shows, .pfm and .hdr linear light, and nothing else is written; - is an EXR file to standard output.
     #[arg(short, long, value_name = "FILE", default_value = "halflight.exr")]
     output: PathBuf,
 
@@ -58,6 +59,10 @@ pub struct RenderArgs {
     #[arg(long)]
     atlas: bool,
 
+    /// Also write mattes of objects and materials to the EXR file, as the Cryptomatte nodes of Blender, Nuke and others read them.
+    #[arg(long)]
+    cryptomatte: bool,
+
     #[command(flatten)]
     preview: PreviewArgs,
 
@@ -79,6 +84,9 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     if args.atlas {
         files.must_hold_layers("--atlas")?;
     }
+    if args.cryptomatte {
+        files.must_hold_layers("--cryptomatte")?;
+    }
     if let Some(asked) = args.threads {
         start_threads(asked, args.quiet)?;
     }
@@ -97,9 +105,12 @@ pub fn run(args: RenderArgs) -> Result<ExitCode> {
     scene.notes.iter().for_each(|note| tell(&format_args!("note: {note}")));
     let settings = Settings { atlas: args.atlas, memory: machine::memory(), ..settings };
     let preview = args.preview.over(Preview::usual(&scene));
+    let (size, seed) = ((settings.width, settings.height), settings.seed);
+    let whole = args.cryptomatte.then(|| scene.clone());
     let mut render = Render::new(scene, settings, &layers)?;
+    let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
     announce(&render, tell);
-    let mut writer = Writer::new(files, preview, args.quiet);
+    let mut writer = Writer::new(files, preview, mattes, args.quiet);
     let mut pace = Pace::new(begin, args.time);
     if let Some(line) = pace.fit(&mut render) {
         tell(&format_args!("note: {line}"));

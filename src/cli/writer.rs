@@ -4,7 +4,8 @@ use super::out::say;
 use super::output::PictureFiles;
 use super::preview_args::Settled;
 use crate::error::{Error, Result};
-use crate::film::{Compression, Layer, Preview, WrittenLayer, judge, write_exr, write_layers_exr};
+use crate::film::{Compression, Layer, Preview, WrittenLayer, judge};
+use crate::mattes::Mattes;
 use crate::render::Render;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -13,6 +14,7 @@ use std::time::Duration;
 pub struct Writer {
     files: PictureFiles,
     preview: Preview,
+    mattes: Option<Mattes>,
     quiet: bool,
     /// True while writing fails, so that it is said once.
     failing: bool,
@@ -29,8 +31,8 @@ fn wait_before(attempt: usize) -> Option<Duration> {
 
 impl Writer {
     /// To files that were claimed.
-    pub fn new(files: PictureFiles, preview: Preview, quiet: bool) -> Self {
-        Self { files, preview, quiet, failing: false, on_disk: None }
+    pub fn new(files: PictureFiles, preview: Preview, mattes: Option<Mattes>, quiet: bool) -> Self {
+        Self { files, preview, mattes, quiet, failing: false, on_disk: None }
     }
 
     /// Writes a picture on the way. Where that fails the render goes on, and the next picture is tried. A device gets none.
@@ -38,7 +40,7 @@ impl Writer {
         if self.files.device {
             return;
         }
-        match write(&self.files, render, self.preview) {
+        match self.write(render) {
             Ok(()) => {
                 self.on_disk = Some(render.film().passes());
                 if std::mem::take(&mut self.failing) {
@@ -59,7 +61,7 @@ impl Writer {
     /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
     pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
         for attempt in 0.. {
-            let Err(e) = write(&self.files, render, self.preview) else { break };
+            let Err(e) = self.write(render) else { break };
             let Some(wait) = wait_before(attempt).filter(|_| !self.files.device) else {
                 return Err(self.lost(e, render.film().passes()));
             };
@@ -81,9 +83,31 @@ impl Writer {
         if judgement.shows_nothing() {
             return Err(Error::Image { path: self.path(), reason: warnings.join("; ") });
         }
-        shown.note().filter(|_| self.files.shown.is_some()).iter().for_each(|note| self.say(note));
+        shown.note().filter(|_| self.files.displays()).iter().for_each(|note| self.say(note));
         warnings.iter().for_each(|warning| self.say(&format!("warning: {warning}")));
         Ok(())
+    }
+
+    fn write(&self, render: &Render) -> Result<()> {
+        let film = render.film();
+        let size = (film.width(), film.height());
+        let plane = film.mean(Layer::Visible);
+        let mut header = render.header();
+        let shown = self.files.displays().then(|| Settled::of(self.preview, &plane));
+        shown.iter().for_each(|shown| shown.tell(&mut header));
+        if self.files.exr.is_some() {
+            let mut image = film.image(&header);
+            let atlas = render.atlas_run().map(|atlas| atlas.layers(&mut image.header));
+            self.mattes.iter().for_each(|mattes| mattes.describe_in(&mut image.header));
+            // An atlas is a hundred noisy pictures: compressing them takes longer than writing what it saves. Of the lossless ones
+            // that compress noisy pictures at all PIZ is smallest and fastest.
+            let compression = if atlas.is_some() { Compression::Uncompressed } else { Compression::PIZ };
+            let mattes = self.mattes.iter().flat_map(Mattes::layers);
+            let layers: Vec<_> =
+                WrittenLayer::all_of(&image).chain(atlas.into_iter().flatten()).chain(mattes).collect();
+            self.files.put_layers(size, &image.header, &layers, compression)?;
+        }
+        self.files.show(size, &plane, shown.map_or(self.preview, |shown| shown.fixed()))
     }
 
     fn path(&self) -> PathBuf {
@@ -113,27 +137,6 @@ impl Writer {
 
 fn counted(passes: u32) -> String {
     format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
-}
-
-fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> {
-    let film = render.film();
-    let plane = film.mean(Layer::Visible);
-    let mut header = render.header();
-    let shown = files.shown.is_some().then(|| Settled::of(preview, &plane));
-    shown.iter().for_each(|shown| shown.tell(&mut header));
-    match (&files.exr, render.atlas_run()) {
-        (None, _) => {}
-        (Some(exr), None) => write_exr(exr, film, &header)?,
-        (Some(exr), Some(atlas)) => {
-            let mut image = film.image(&header);
-            let atlas = atlas.layers(&mut image.header);
-            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
-            // A hundred noisy pictures: compressing them takes longer than writing what it saves.
-            let compression = Compression::Uncompressed;
-            write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
-        }
-    }
-    files.show((film.width(), film.height()), &plane, shown.map_or(preview, |shown| shown.fixed()))
 }
 
 #[cfg(test)]

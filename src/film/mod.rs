@@ -14,6 +14,7 @@ mod read_exr;
 pub mod replace;
 pub mod sums;
 mod write_exr;
+mod write_linear;
 mod write_png;
 
 #[cfg(test)]
@@ -32,5 +33,6 @@ pub use preview::{Exposure, Preview, View};
 pub use read_exr::read_exr;
 pub use replace::{Place, check_writable, replace_file};
 pub use sums::{Film, PassImage};
-pub use write_exr::{Line, WrittenLayer, line_of, write_exr, write_image_exr, write_layers_exr};
+pub use write_exr::{Line, WrittenLayer, exr_bytes, line_of, write_exr, write_image_exr, write_layers_exr};
+pub use write_linear::{write_hdr, write_pfm};
 pub use write_png::{rgb_png, srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};
