@@ -43,8 +43,8 @@ def mattes(halflight, tmp_path_factory):
     path = tmp_path_factory.mktemp("mattes") / "a.exr"
     halflight("render", SPHERES, "--size", "40x40", "--passes", 1, "--cryptomatte", "-o", path)
     with OpenEXR.File(str(path), separate_channels=True) as file:
-        pixels = {name: channel.pixels for name, channel in file.channels().items()}
-        return file.header(), pixels
+        pixels = {name: channel.pixels.copy() for name, channel in file.channels().items()}
+        return dict(file.header()), pixels
 
 
 @pytest.mark.parametrize("kind", ["CryptoObject", "CryptoMaterial"])

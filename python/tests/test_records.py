@@ -43,7 +43,8 @@ def test_a_comparison_is_a_table():
     table = pd.DataFrame(hl.compare(scene, variants, reference_seconds=2, **settings))
     assert list(table.method.unique()) == ["wide", "path"] and list(table.budget.unique()) == [0.1, 0.2]
     assert len(table) == 2 * 2 * 2 and (table.seconds >= table.budget).all() and (table.relmse_measured > 0).all()
-    assert (table[table.method == "wide"].photon_paths == 5000 * table.passes).all()
+    wide = table[table.method == "wide"]
+    assert (wide.photon_paths == 5000 * wide.passes).all()
     reference = hl.render(scene, size=(24, 24), method="path", passes=50, seed=99)
     given = pd.DataFrame(hl.compare(scene, variants[:1], reference=reference, **settings))
     assert len(given) == 4 and (given.flip > 0).all()
