@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn coverage_is_the_share_that_is_seen() {
-        let mattes = Mattes::of(&scene(), (2, 1), 0);
+        let mattes = Mattes::of(&scene(), (2, 2), 0);
         let [objects, materials] = &mattes.kinds;
         let named = |name: &str, share: f32| (f32::from_bits(id(name)), share);
         assert_eq!(objects.ranks[0][..2], [named("Back", 1.0), (0.0, 0.0)]);
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn the_header_names_what_layers_hold() {
-        let mattes = Mattes::of(&scene(), (2, 1), 0);
+        let mattes = Mattes::of(&scene(), (2, 2), 0);
         let mut header = Header::new();
         mattes.describe_in(&mut header);
         let fact = |name: &str| header.get(name).map(ToString::to_string);
