@@ -60,9 +60,8 @@ pub fn compare<'py>(
 }
 
 fn asked(py: Python<'_>, scene: &Bound<'_, Scene>, more: &Options<'_>) -> PyResult<(Ready, Comparing)> {
-    let budgets =
+    let mut budgets =
         more.get::<Vec<f64>>("budgets", "numbers of seconds")?.unwrap_or_else(|| vec![1.0, 2.0, 4.0]);
-    let mut budgets: Vec<f64> = budgets;
     budgets.sort_by(f64::total_cmp);
     if budgets.is_empty() || !budgets.iter().all(|seconds| *seconds > 0.0 && seconds.is_finite()) {
         return Err(usage("budgets: give at least one number of seconds above zero"));

@@ -3,7 +3,9 @@ use crate::errors::usage;
 use crate::options::{Options, halves, illumination};
 use crate::texture;
 use glam::{Vec3, Vec4};
-use halflight::scene::{Alpha, Anisotropy, Backs, Emission, Material as Matter, Pbr, VertexColours};
+use halflight::scene::{
+    Alpha, Anisotropy, Backs, Emission, Illumination, Material as Matter, Pbr, VertexColours,
+};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -155,7 +157,7 @@ impl Material {
     /// Its own illumination, as words; None: that of the scene. Set a name ("local", "whitted", …), a point (s, t), or None.
     #[getter]
     fn illumination(&self) -> Option<String> {
-        self.made().matter.illumination.map(|illumination| illumination.describe())
+        self.made().matter.illumination.map(Illumination::describe)
     }
 
     #[setter]

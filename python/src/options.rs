@@ -17,7 +17,7 @@ pub struct Options<'py> {
 impl<'py> Options<'py> {
     /// `call` is for messages. What is read is taken out of a copy.
     pub fn of(call: &'static str, given: Option<&Bound<'py, PyDict>>) -> PyResult<Self> {
-        let given = given.map(|given| given.copy()).transpose()?;
+        let given = given.map(PyDictMethods::copy).transpose()?;
         Ok(Self { call, given, known: RefCell::default() })
     }
 

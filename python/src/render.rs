@@ -5,8 +5,7 @@ use crate::records::plan_rows;
 use crate::scene::Scene;
 use crate::settings::{Limits, Wanted};
 use crate::wait::wait;
-use halflight::error::Result;
-use halflight::film::{Layer, Preview};
+use halflight::film::Preview;
 use halflight::plan::Settings;
 use halflight::render::{ErrorEstimate, Pace, Render as Rendering, Stop};
 use pyo3::prelude::*;
@@ -56,7 +55,7 @@ impl Render {
         let preview = Preview::usual(&scene);
         let (settings, layers) = wanted.on(&scene);
         let settings = Settings { atlas, ..settings };
-        let planned = wait(py, &Stop::default(), || planned(scene, settings, &layers))?;
+        let planned = wait(py, &Stop::default(), || Rendering::new(scene, settings, &layers))?;
         Ok(Self { inner: Mutex::new(planned.map_err(raised)?), preview })
     }
 
@@ -101,10 +100,6 @@ impl Render {
         }
         Ok(())
     }
-}
-
-fn planned(scene: halflight::scene::Scene, settings: Settings, layers: &[Layer]) -> Result<Rendering> {
-    Rendering::new(scene, settings, layers)
 }
 
 /// Where a render stands.

@@ -34,7 +34,7 @@ enum Source {
     /// From a file.
     Loaded(Arc<Ready>),
     /// In code; the builder has all but the materials.
-    Built(SceneBuilder, Surroundings),
+    Built(Box<SceneBuilder>, Surroundings),
 }
 
 /// A copy that can be made ready without the interpreter.
@@ -121,7 +121,7 @@ impl Scene {
         let illumination = more.read("illumination", illumination)?;
         let around = surroundings(&more)?;
         more.finish()?;
-        let source = Source::Built(builder, around);
+        let source = Source::Built(Box::new(builder), around);
         Ok(Self { inner: Mutex::new(Inner { source, materials: Vec::new(), illumination }) })
     }
 
@@ -242,7 +242,7 @@ impl Scene {
     /// The illumination of all that has none of its own, as words; None: global. Set a name, a point (s, t), or None.
     #[getter]
     fn illumination(&self) -> Option<String> {
-        self.inner().illumination.map(|illumination| illumination.describe())
+        self.inner().illumination.map(Illumination::describe)
     }
 
     #[setter]

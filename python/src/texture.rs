@@ -67,10 +67,7 @@ fn read(name: &str, image: &Bound<'_, PyAny>) -> PyResult<Image> {
     let wrong =
         || usage(format!("textures[{name:?}]: not an array of uint8 of shape (height, width, 1 to 4)"));
     let array = image.cast::<PyArray<u8, numpy::IxDyn>>().map_err(|_| wrong())?;
-    let (height, width) = match *array.shape() {
-        [height, width] | [height, width, 1..=4] => (height, width),
-        _ => return Err(wrong()),
-    };
+    let ([height, width] | [height, width, 1..=4]) = *array.shape() else { return Err(wrong()) };
     let texels = array.readonly().as_array().iter().copied().collect();
     let side = |side: usize| u32::try_from(side).map_err(|_| wrong());
     let encoding = match name {
