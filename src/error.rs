@@ -44,15 +44,20 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// The light-transport series diverges: there is no image (exit code 3).
-    #[error("{0}")]
-    NoImage(String),
+    #[error("{reason}")]
+    NoImage {
+        /// Why, and the way out.
+        reason: String,
+        /// The multiplication factor: one or more, or so near to one that no path can be followed to its end.
+        k: f64,
+    },
 }
 
 impl Error {
     /// The process exit code: 3 when no image exists, else 2.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::NoImage(_) => 3,
+            Self::NoImage { .. } => 3,
             _ => 2,
         }
     }

@@ -65,7 +65,7 @@
 //!
 //! ```text
 //! error, machine, stop, pictures, light, sampling, optics, scene, rays, rims, clearance, photon, emission, existence, connect,
-//! plan, shoot, photon_map, gather, path_trace, film, measure, pass, pilot, memory, atlas, render,
+//! plan, shoot, photon_map, gather, path_trace, film, measure, mattes, pass, pilot, memory, atlas, render,
 //! compare, report, stability, cli
 //! ```
 //!
@@ -87,6 +87,7 @@ pub mod compare;
 pub mod error;
 pub mod film;
 pub mod light;
+pub mod mattes;
 pub mod measure;
 pub mod optics;
 pub mod plan;

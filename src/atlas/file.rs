@@ -9,7 +9,7 @@ use super::frontier::{Frontier, Sample};
 use super::nodes::Nodes;
 use super::{Atlas, AtlasErrors};
 use crate::error::{Error, Result};
-use crate::film::{Header, Image, Line, Value, WrittenLayer, line_of};
+use crate::film::{Header, Image, Layer, Line, Value, WrittenLayer, line_of};
 use glam::{DVec3, Vec3};
 use std::fmt::Write;
 use std::path::Path;
@@ -182,7 +182,7 @@ impl<'a> Plane<'a> {
             (self.line)(y, axis, line);
             line.iter_mut().for_each(|x| *x = round_mantissa(*x, bits));
         });
-        WrittenLayer { name, half, line }
+        WrittenLayer { name, half, components: Layer::Visible.components(), line }
     }
 
     /// True where there is no light: what is not a number is not none.

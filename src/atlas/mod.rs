@@ -45,6 +45,10 @@ pub use sums::AtlasSums;
 use crate::error::{Error, Result};
 use crate::measure::Estimate;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Pixels that are mixed at once: their sums stay in the nearest cache while planes stream by.
+const AT_ONCE: usize = 1 << 11;
 
 /// Every picture of the square.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,23 +105,12 @@ impl Atlas {
     /// A point outside the square; a point that has no image.
     pub fn mix(&self, s: f64, t: f64) -> Result<Mixed> {
         self.check_point(s, t)?;
-        let mut visible = vec![Vec3::ZERO; self.pixels()];
-        for (plane, weight) in self.planes.iter().zip(self.weights(s, t)) {
-            let weight = weight as f32;
-            visible.iter_mut().zip(plane).for_each(|(sum, value)| *sum += weight * *value);
-        }
+        let visible = self.sum(&self.planes, self.weights(s, t).into_iter().enumerate());
         let around = errors::around(&self.frontier, s, t);
-        let error = self.errors.as_ref().map_or_else(
-            || vec![Vec3::INFINITY; self.pixels()],
-            |errors| {
-                let mut sum = vec![Vec3::ZERO; self.pixels()];
-                for (point, weight) in around {
-                    let plane = errors.planes[point].iter();
-                    sum.iter_mut().zip(plane).for_each(|(sum, error)| *sum += weight as f32 * *error);
-                }
-                sum
-            },
-        );
+        let error = self
+            .errors
+            .as_ref()
+            .map_or_else(|| vec![Vec3::INFINITY; self.pixels()], |errors| self.sum(&errors.planes, around));
         let colour_error = self
             .errors
             .as_ref()
@@ -141,7 +134,8 @@ impl Atlas {
                 "--at {s},{t}: outside the square; both numbers go from 0 to 1"
             )));
         }
-        self.frontier.refusal(s, t).map_or(Ok(()), |refusal| Err(Error::NoImage(refusal)))
+        let k = s * self.frontier.kappa(t);
+        self.frontier.refusal(s, t).map_or(Ok(()), |reason| Err(Error::NoImage { reason, k }))
     }
 
     /// About which share of the light at (s, t) has more than the N reflections that the atlas holds: r^(N+1), where r = s κ(t)
@@ -160,6 +154,23 @@ impl Atlas {
             passes: Some(self.groups),
             colour: Some((colour, mixed.colour_error?)),
         })
+    }
+
+    /// Σ weight · plane over planes by their index, in that order; empty planes are dark.
+    fn sum(&self, planes: &[Vec<Vec3>], weights: impl IntoIterator<Item = (usize, f64)>) -> Vec<Vec3> {
+        let parts: Vec<(&[Vec3], f32)> = weights
+            .into_iter()
+            .map(|(index, weight)| (planes[index].as_slice(), weight as f32))
+            .filter(|(plane, weight)| !plane.is_empty() && *weight != 0.0)
+            .collect();
+        let mut sum = vec![Vec3::ZERO; self.pixels()];
+        sum.par_chunks_mut(AT_ONCE).enumerate().for_each(|(chunk, sum)| {
+            for (plane, weight) in &parts {
+                let plane = &plane[chunk * AT_ONCE..][..sum.len()];
+                sum.iter_mut().zip(plane).for_each(|(sum, value)| *sum += *weight * *value);
+            }
+        });
+        sum
     }
 
     fn pixels(&self) -> usize {

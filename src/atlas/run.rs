@@ -146,13 +146,15 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
     };
     let kappa = frontier.kappa(1.0);
     if kappa.is_infinite() {
-        let refusal = plan.existence.refusal(&plan.scene);
-        return Err(Error::NoImage(refusal.unwrap_or_else(|| {
-            "no image exists: light that does not follow s multiplies without end".into()
-        })));
+        let reason = plan
+            .existence
+            .refusal(&plan.scene)
+            .unwrap_or_else(|| "no image exists: light that does not follow s multiplies without end".into());
+        return Err(Error::NoImage { reason, k: plan.existence.factor() });
     }
-    if let Some(refusal) = frontier.refusal(f64::from(at.0), f64::from(at.1)) {
-        return Err(Error::NoImage(refusal));
+    let (s, t) = (f64::from(at.0), f64::from(at.1));
+    if let Some(reason) = frontier.refusal(s, t) {
+        return Err(Error::NoImage { reason, k: s * frontier.kappa(t) });
     }
     let cut = truncated.is_none() && kappa >= CERTAIN_TO_END;
     let n = match truncated {

@@ -1,11 +1,11 @@
 //! `halflight compare`: error against run time.
 
 pub use super::compare_args::CompareArgs;
+use super::compare_variants::{method, variants};
 use super::out::say;
 use super::output::{Overwrite, claim, refuse_input};
 use super::scene_args::SceneArgs;
-use crate::compare::{Course, Run, race};
-use crate::compare::{Reference, ReferenceMaker, candidates};
+use crate::compare::{Course, Reference, ReferenceMaker, Run, Variant, candidates, race};
 use crate::error::{Error, Result};
 use crate::film::{is_ours, replace_file};
 use crate::plan::{Method, Settings};
@@ -19,17 +19,9 @@ const FILES: [&str; 4] = ["compare.csv", "compare.json", "compare.svg", "compare
 
 /// Measures, writes the files, and prints who is ahead.
 pub fn run(args: &CompareArgs) -> Result<()> {
-    let methods = args.methods.iter().map(|name| method("--methods", name)).collect::<Result<Vec<_>>>()?;
+    let variants = variants(args)?;
     let reference_method = args.reference_method.as_deref();
     let reference_method = reference_method.map(|name| method("--reference-method", name)).transpose()?;
-    if let Some(twice) = methods.iter().enumerate().find(|(i, m)| methods[..*i].contains(m)) {
-        return Err(Error::Usage(format!("--methods names {} twice; name each once", twice.1.name())));
-    }
-    if let (Some(samples), true) = (args.samples, methods.iter().all(|m| *m == Method::Photon)) {
-        return Err(Error::Usage(format!(
-            "--samples {samples}: photons take one camera sample per pixel and pass; add path to --methods"
-        )));
-    }
     let scenes = args.scene_args();
     scenes.iter().try_for_each(|scene| scene.illuminations().map(drop))?;
     if args.reference.is_some() && scenes.len() > 1 {
@@ -47,7 +39,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
             .build_global()
             .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
     }
-    let plan = Comparing { args, methods, reference_method, given, cache };
+    let plan = Comparing { args, variants, reference_method, given, cache };
     let mut reports = Vec::new();
     for scene in &scenes {
         reports.push(plan.one(scene)?);
@@ -67,7 +59,7 @@ fn claim_files(args: &CompareArgs) -> Result<()> {
 /// What was asked for, resolved.
 struct Comparing<'a> {
     args: &'a CompareArgs,
-    methods: Vec<Method>,
+    variants: Vec<Variant>,
     reference_method: Option<Method>,
     given: Option<Reference>,
     cache: PathBuf,
@@ -94,8 +86,7 @@ impl Comparing<'_> {
         }
         self.say(&format!("{}, {}", scene.name, scene.describe_illumination()));
         let course = Course {
-            settings: self.args.settings(),
-            methods: self.methods.clone(),
+            variants: self.variants.clone(),
             seeds: (1..=self.args.seeds).collect(),
             budgets: self.args.budgets(),
             load_seconds,
@@ -113,7 +104,7 @@ impl Comparing<'_> {
                 let file = self.args.reference.as_deref().unwrap_or(Path::new(""));
                 (given.clone(), file.display().to_string(), "given".into())
             }
-            None => self.make_reference(&scene, &course.settings, &runs)?,
+            None => self.make_reference(&scene, &self.args.settings(), &runs)?,
         };
         if self.rule().left_out(&reference).iter().all(|out| *out) {
             return Err(Error::Usage(
@@ -225,7 +216,7 @@ impl Comparing<'_> {
             threads: rayon::current_num_threads(),
             width: self.args.size.0,
             height: self.args.size.1,
-            methods: self.methods.iter().map(|method| method.name()).collect(),
+            methods: self.variants.iter().map(|variant| variant.name.clone()).collect(),
             seeds: (1..=self.args.seeds).collect(),
             budgets: self.args.budgets(),
             definitions: data::DEFINITIONS.to_vec(),
@@ -288,13 +279,6 @@ fn refusal(scene: &SceneReport, given: bool) -> String {
         reference.margin,
         reference.too_noisy_for.join(", ")
     )
-}
-
-fn method(option: &str, name: &str) -> Result<Method> {
-    Method::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| {
-        let known = Method::ALL.map(Method::name).join(", ");
-        Error::Usage(format!("{option}: there is no method '{name}'; the methods are {known}"))
-    })
 }
 
 fn cannot_write(path: &Path, e: &std::io::Error) -> Error {

@@ -36,9 +36,11 @@ pub struct CompareArgs {
     /// A moment of an animation, as in `render`
     #[arg(long, value_name = "[NAME:]SECONDS", allow_negative_numbers = true)]
     pub(super) pose: Option<Pose>,
-    /// Which variant of its materials, as in `render`
-    #[arg(long, value_name = "NAME|N")]
-    pub(super) variant: Option<String>,
+    /// Instead of methods: a set of options of `render` under a name, as in --variant 'wide: --indirect-radius 24' --variant
+    /// 'many: --photons 1M'; --photons, --samples and --max-reflections given beside hold where it says nothing else. Without a
+    /// colon: which variant of the scene's materials, as in `render`
+    #[arg(long, value_name = "NAME: OPTIONS|NAME|N")]
+    pub(super) variant: Vec<String>,
     /// Illumination over the whole scene, as in `render`; repeated: every scene in each
     #[arg(long, value_name = "NAME|S,T")]
     pub(super) illumination: Vec<String>,
@@ -50,8 +52,8 @@ pub struct CompareArgs {
     /// The most triangles that a scene may have, every instance counted
     #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
     pub(super) max_triangles: u64,
-    /// Who competes: photon, path, path-plain
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "photon,path,path-plain")]
+    /// Who competes [default: photon,path,path-plain]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) methods: Vec<String>,
     /// Times at which the error is measured [default: 1s,2s,4s,8s]
     #[arg(long, value_name = "TIME,…", value_delimiter = ',', value_parser = duration, conflicts_with = "time")]
@@ -108,6 +110,13 @@ pub struct CompareArgs {
     pub(super) quiet: bool,
 }
 
+/// Name and options of a set of options: what stands after a colon begins with a dash, or there is nothing.
+fn option_set(value: &str) -> Option<(&str, &str)> {
+    let (name, options) = value.split_once(':')?;
+    let options = options.trim();
+    (options.is_empty() || options.starts_with('-')).then_some((name.trim(), options))
+}
+
 impl CompareArgs {
     /// Every scene in every light.
     pub fn scene_args(&self) -> Vec<SceneArgs> {
@@ -121,7 +130,7 @@ impl CompareArgs {
                 scene_of_file: self.scene_of_file.clone(),
                 camera: self.camera.clone(),
                 pose: self.pose.clone(),
-                variant: self.variant.clone(),
+                variant: self.material_variant().map(str::to_owned),
                 illumination: illumination.clone(),
                 set: self.set.clone(),
                 around: self.around.clone(),
@@ -130,6 +139,16 @@ impl CompareArgs {
             lights.iter().map(args).collect::<Vec<_>>()
         };
         self.scenes.iter().flat_map(in_lights).collect()
+    }
+
+    /// Those of the values of `--variant` that are sets of options: name and options.
+    pub fn option_sets(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.variant.iter().filter_map(|value| option_set(value))
+    }
+
+    /// The other one.
+    pub fn material_variant(&self) -> Option<&str> {
+        self.variant.iter().map(String::as_str).find(|value| option_set(value).is_none())
     }
 
     /// Seconds, ascending.

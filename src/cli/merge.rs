@@ -47,7 +47,8 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     if let Some(state) = state {
         write_state(state, &whole, &film)?;
     }
-    let notes = files.iter().map(|files| write_picture(files, &film, whole.header(), None, whole.preview));
+    let notes =
+        files.iter().map(|files| write_picture(files, &film, whole.header(), (None, None), whole.preview));
     notes.collect::<Result<()>>()?;
     if !args.quiet {
         let written = files.map_or_else(|| args.output.display().to_string(), |files| files.describe());

@@ -3,7 +3,7 @@ use super::output::{Overwrite, PictureFiles};
 use super::preview_args::{PreviewArgs, Settled};
 use crate::atlas::Atlas;
 use crate::error::{Error, Result};
-use crate::film::{Image, Layer, Preview, judge, write_image_exr};
+use crate::film::{Compression, Image, Layer, Preview, WrittenLayer, judge};
 use crate::scene::Illumination;
 use clap::Args;
 use std::path::PathBuf;
@@ -19,7 +19,8 @@ pub struct MixArgs {
     #[arg(long, value_name = "S,T|NAME")]
     at: String,
 
-    /// The picture: .exr has its standard error too, and a PNG preview beside it; .png and .jpg hold what a display shows.
+    /// The picture: .exr has its standard error too, and a PNG preview beside it; .png and .jpg hold what a display shows, .pfm and
+    /// .hdr linear light; - is an EXR file to standard output.
     #[arg(short, long, value_name = "FILE", default_value = "mix.exr")]
     output: PathBuf,
 
@@ -63,13 +64,13 @@ pub fn run(args: &MixArgs) -> Result<ExitCode> {
     shown.tell(&mut header);
     files.show(size, &mixed.visible, shown.fixed())?;
     let warnings = judge(&mixed.visible, shown.preview.view, shown.stops).warnings(shown.stops);
-    if let Some(exr) = &files.exr {
-        let layers = vec![
-            (Layer::Visible.name().to_owned(), mixed.visible),
-            (Layer::Error.name().to_owned(), mixed.error),
-        ];
-        write_image_exr(exr, &Image { width: atlas.width, height: atlas.height, layers, header })?;
-    }
+    let layers = vec![
+        (Layer::Visible.name().to_owned(), mixed.visible),
+        (Layer::Error.name().to_owned(), mixed.error),
+    ];
+    let image = Image { width: atlas.width, height: atlas.height, layers, header };
+    let layers: Vec<_> = WrittenLayer::all_of(&image).collect();
+    files.put_layers(size, &image.header, &layers, Compression::PIZ)?;
     if !args.quiet {
         warnings.iter().for_each(|warning| say(format_args!("warning: {warning}")));
         shown.note().iter().for_each(say);

@@ -4,6 +4,7 @@ mod check;
 mod check_page;
 mod compare;
 mod compare_args;
+mod compare_variants;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
@@ -17,7 +18,6 @@ mod merge;
 mod mix;
 mod out;
 mod output;
-mod pace;
 mod plan;
 mod preview_args;
 mod progress;

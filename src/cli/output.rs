@@ -2,9 +2,13 @@
 
 use super::out::say;
 use crate::error::{Error, Result};
-use crate::film::{FileId, Place, Preview, check_writable, is_ours, write_rgb_jpg, write_rgb_png};
+use crate::film::{
+    Compression, FileId, Header, Place, Preview, WrittenLayer, check_writable, exr_bytes, is_ours, write_hdr,
+    write_layers_exr, write_pfm, write_rgb_jpg, write_rgb_png,
+};
 use clap::Args;
 use glam::Vec3;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// What may be replaced.
@@ -21,7 +25,12 @@ enum Format {
     Exr,
     Png,
     Jpeg,
+    Pfm,
+    Hdr,
 }
+
+/// What `-o` is called for standard output.
+const STANDARD: &str = "-";
 
 /// The most pixels of a JPEG file's side.
 const LONGEST_JPEG: u32 = 65_535;
@@ -31,25 +40,33 @@ const LONGEST_JPEG: u32 = 65_535;
 pub struct PictureFiles {
     /// All layers.
     pub exr: Option<PathBuf>,
-    /// As on a display, PNG or JPEG.
+    /// One plane: PNG or JPEG as on a display, PFM or HDR as it is.
     pub shown: Option<PathBuf>,
-    /// True where the EXR file goes to a device.
+    /// True where the EXR file goes to a device, or to standard output.
     pub device: bool,
 }
 
 impl PictureFiles {
-    /// By the ending of `-o`: an EXR file with a PNG preview beside it, or a PNG or JPEG file alone. A device gets the EXR file
-    /// alone, whatever it is called.
+    /// By the ending of `-o`: an EXR file with a PNG preview beside it, or a file of another format alone. A device gets the EXR file
+    /// alone, whatever it is called, and so does standard output, which is called `-`.
     pub fn of(output: &Path) -> Result<Self> {
+        if output == Path::new(STANDARD) {
+            if std::io::stdout().is_terminal() {
+                let way_out = "-o -: standard output is a terminal, which shows no EXR file; lead it into a file or a program";
+                return Err(Error::Usage(way_out.into()));
+            }
+            return Ok(Self { exr: Some(output.into()), shown: None, device: true });
+        }
         if let Ok(Place::Device) = check_writable(output) {
             return Ok(Self { exr: Some(output.into()), shown: None, device: true });
         }
         let (exr, shown) = match format(output) {
             Some(Format::Exr) => (Some(output.into()), Some(output.with_extension("png"))),
-            Some(Format::Png | Format::Jpeg) => (None, Some(output.into())),
+            Some(_) => (None, Some(output.into())),
             None => {
                 return Err(Error::Usage(format!(
-                    "{}: the ending decides what is written: .exr (all layers, with a PNG preview beside it), .png or .jpg",
+                    "{}: the ending decides what is written: .exr (all layers, with a PNG preview beside it), .png or .jpg \
+                     (as on a display), .pfm or .hdr (linear light)",
                     output.display()
                 )));
             }
@@ -64,7 +81,7 @@ impl PictureFiles {
 
     /// Refuses what must not be replaced, and says where links and devices lead. To be asked before any work.
     pub fn claim(&self, inputs: &[PathBuf], overwrite: Overwrite, quiet: bool) -> Result<()> {
-        for path in self.all() {
+        for path in self.all().filter(|_| !self.is_standard()) {
             let place = claim(path, inputs, overwrite)?;
             say_where(path, &place, quiet);
         }
@@ -76,6 +93,16 @@ impl PictureFiles {
             ))),
             _ => Ok(()),
         }
+    }
+
+    /// True where the EXR file goes to standard output.
+    pub fn is_standard(&self) -> bool {
+        self.exr.as_deref() == Some(Path::new(STANDARD))
+    }
+
+    /// True where there is a file of what a display shows.
+    pub fn displays(&self) -> bool {
+        self.shown.as_deref().is_some_and(|path| !matches!(format(path), Some(Format::Pfm | Format::Hdr)))
     }
 
     /// Refuses a picture that the format cannot hold.
@@ -99,15 +126,45 @@ impl PictureFiles {
         }
     }
 
-    /// Writes what a display shows, if that is asked for.
+    /// Writes the EXR file, if that is asked for.
+    pub fn put_layers(
+        &self,
+        size: (u32, u32),
+        header: &Header,
+        layers: &[WrittenLayer<'_>],
+        compression: Compression,
+    ) -> Result<()> {
+        match &self.exr {
+            None => Ok(()),
+            Some(_) if self.is_standard() => {
+                let bytes = exr_bytes(size, header, layers, compression);
+                let bytes =
+                    bytes.ok_or_else(|| Error::Usage("-o -: an EXR file holds no such picture".into()))?;
+                std::io::stdout()
+                    .write_all(&bytes)
+                    .and_then(|()| std::io::stdout().flush())
+                    .map_err(Error::Print)
+            }
+            Some(path) => write_layers_exr(path, size, header, layers, compression),
+        }
+    }
+
+    /// Writes the one plane, if that is asked for.
     pub fn show(&self, (width, height): (u32, u32), plane: &[Vec3], preview: Preview) -> Result<()> {
         let Some(path) = &self.shown else { return Ok(()) };
-        let write = if format(path) == Some(Format::Jpeg) { write_rgb_jpg } else { write_rgb_png };
-        write(path, width, height, plane, preview).map(drop)
+        match format(path) {
+            Some(Format::Jpeg) => write_rgb_jpg(path, width, height, plane, preview).map(drop),
+            Some(Format::Pfm) => write_pfm(path, width, height, plane),
+            Some(Format::Hdr) => write_hdr(path, width, height, plane),
+            _ => write_rgb_png(path, width, height, plane, preview).map(drop),
+        }
     }
 
     /// Their names.
     pub fn describe(&self) -> String {
+        if self.is_standard() {
+            return "an EXR file to standard output".into();
+        }
         self.all().map(|path| path.display().to_string()).collect::<Vec<_>>().join(" and ")
     }
 }
@@ -117,6 +174,8 @@ fn format(path: &Path) -> Option<Format> {
         "exr" => Some(Format::Exr),
         "png" => Some(Format::Png),
         "jpg" | "jpeg" => Some(Format::Jpeg),
+        "pfm" => Some(Format::Pfm),
+        "hdr" => Some(Format::Hdr),
         _ => None,
     }
 }
@@ -191,13 +250,16 @@ mod tests {
         };
         assert_eq!(files("a/b.exr").unwrap(), both("a/b.exr", "a/b.png"));
         assert_eq!(files("b.v2.EXR").unwrap(), both("b.v2.EXR", "b.v2.png"));
-        for alone in ["a.png", "a.PNG", "a.jpg", "a.JPEG"] {
+        for alone in ["a.png", "a.PNG", "a.jpg", "a.JPEG", "a.pfm", "a.HDR"] {
             let shown = PictureFiles { exr: None, shown: Some(alone.into()), device: false };
             assert_eq!(files(alone).unwrap(), shown);
         }
         for other in ["picture", "a.tif", "a.exr.", ".exr", "a.gltf"] {
             let message = files(other).unwrap_err().to_string();
-            assert!([".exr", ".png", ".jpg"].iter().all(|known| message.contains(known)), "{message}");
+            assert!(
+                [".exr", ".png", ".jpg", ".pfm", ".hdr"].iter().all(|known| message.contains(known)),
+                "{message}"
+            );
         }
     }
 

@@ -1,7 +1,6 @@
 //! How PNG and JPEG files show a picture.
 
 use crate::film::{Exposure, Header, Preview, View};
-use crate::scene::Scene;
 use clap::Args;
 use glam::Vec3;
 
@@ -23,15 +22,6 @@ impl PreviewArgs {
     /// With what is usual where nothing is said.
     pub fn over(self, usual: Preview) -> Preview {
         Preview { exposure: self.exposure.unwrap_or(usual.exposure), view: self.view.unwrap_or(usual.view) }
-    }
-}
-
-/// How a picture of a scene is shown where nothing is said: as it is; but as a viewer of models would where the studio had to light it.
-pub fn usual(scene: &Scene) -> Preview {
-    if scene.lit_by_studio {
-        Preview { exposure: Exposure::Auto, view: View::Neutral }
-    } else {
-        Preview::default()
     }
 }
 

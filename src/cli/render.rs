@@ -3,8 +3,7 @@ use super::keep::{KEPT, Keep, KeepArgs};
 use super::limits::{Limits, Passes, bytes, duration, passes, positive};
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
-use super::pace::Pace;
-use super::preview_args::{PreviewArgs, usual};
+use super::preview_args::PreviewArgs;
 use super::progress::{Progress, Told};
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
@@ -12,8 +11,9 @@ use super::writer::{Writer, patiently, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, Preview, StateFile};
 use crate::machine;
+use crate::mattes::Mattes;
 use crate::plan::Settings;
-use crate::render::{Render, key};
+use crate::render::{Pace, Render, key};
 use crate::scene::names::listed;
 use clap::Args;
 use std::fmt::Display;
@@ -27,7 +27,7 @@ pub struct RenderArgs {
     scene: SceneArgs,
 
     /// The picture; its ending decides the format: .exr holds all layers and has a PNG preview beside it; .png and .jpg
-    /// hold what a display shows, and have no other picture beside them.
+    /// hold what a display shows, .pfm and .hdr linear light, and nothing else is written; - is an EXR file to standard output.
     #[arg(short, long, value_name = "FILE", default_value = "halflight.exr")]
     output: PathBuf,
 
@@ -62,6 +62,10 @@ pub struct RenderArgs {
     #[arg(long)]
     atlas: bool,
 
+    /// Also write mattes of objects and materials to the EXR file, as the Cryptomatte nodes of Blender, Nuke and others read them.
+    #[arg(long)]
+    cryptomatte: bool,
+
     #[command(flatten)]
     keep: KeepArgs,
 
@@ -94,6 +98,9 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     if args.atlas {
         files.must_hold_layers("--atlas")?;
     }
+    if args.cryptomatte {
+        files.must_hold_layers("--cryptomatte")?;
+    }
     let mut keep = Keep::of(args.keep, args.passes(), &args.output, files.device, args.atlas)?;
     let limits = Limits { passes: keep.schedule.len(), time: args.time, error: args.error };
     if let Some(asked) = args.threads {
@@ -110,15 +117,20 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
     let memory = machine::memory_below(args.memory);
     let settings = Settings { atlas: args.atlas, memory, ..settings };
-    let preview = args.preview.over(usual(&scene));
+    let preview = args.preview.over(Preview::usual(&scene));
     let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
     let state = match state {
         Some(state) if keep.is_complete(state.head(), limits.time) => {
-            return complete_already(args, &files, state, preview);
+            let size = (settings.width, settings.height);
+            let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, settings.seed));
+            return complete_already(args, &files, state, mattes.as_ref(), preview);
         }
         state => state,
     };
+    let (size, seed) = ((settings.width, settings.height), settings.seed);
+    let whole = args.cryptomatte.then(|| scene.clone());
     let mut render = Render::new(scene, settings, &layers)?;
+    let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
     render.follow(keep.schedule);
     announce(&render, |line| args.tell(line));
     let spent = args.go_on(&mut render, &keep, state)?;
@@ -133,7 +145,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     let mut progress = Progress::new(args.quiet, args.progress, &render, &limits);
     let next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
     let limits = Limits { time, ..limits };
-    let mut writer = Writer::new(files, preview, args.quiet);
+    let mut writer = Writer::new(files, preview, mattes, args.quiet);
     let mut under_way =
         UnderWay { args, limits, begin, interrupt: &interrupt, pace, keep, preview, next_write };
     let end = under_way.passes(&mut render, &mut progress, &mut writer);
@@ -167,12 +179,13 @@ fn complete_already(
     args: &RenderArgs,
     files: &PictureFiles,
     state: StateFile,
+    mattes: Option<&Mattes>,
     preview: Preview,
 ) -> Result<ExitCode> {
     let head = state.head().clone();
     let mut film = Film::new(head.width, head.height, &head.layers);
     state.add_to(&mut film)?;
-    write_picture(files, &film, head.header(), None, preview)?;
+    write_picture(files, &film, head.header(), (None, mattes), preview)?;
     let written = files.describe();
     args.tell(&format_args!("complete: the state has all {} passes; wrote {written}", head.passes.len()));
     Ok(ExitCode::SUCCESS)

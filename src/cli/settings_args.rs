@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::Layer;
-use crate::plan::{Direct, Method, Omittable, Settings};
+use crate::plan::{Direct, Method, Omittable, Settings, film_size};
 use crate::scene::{NO_CAMERA, Scene};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -30,7 +30,7 @@ pub struct SettingsArgs {
 
     /// Layers of the EXR file, comma-separated: visible, invisible, error, bias, emitted, direct, caustic, indirect, depth,
     /// normal, albedo; or `all`.
-    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_value = "visible,error")]
+    #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_values = DEFAULT_LAYERS)]
     pub layers: Vec<String>,
 
     /// Cut the series: no light that was reflected more than N times, the reflection towards the camera and mirrors
@@ -47,6 +47,15 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub samples: Option<u32>,
 
+    /// First gather radius of inter-reflection in pixels: wider is smoother and more biased. Default: 7, or a 32nd of the height of
+    /// the film if that is more.
+    #[arg(long, value_name = "PIXELS", value_parser = radius)]
+    pub indirect_radius: Option<f32>,
+
+    /// First gather radius of caustics where they are sharpest, in pixels. Default: 2.
+    #[arg(long, value_name = "PIXELS", value_parser = radius)]
+    pub caustic_radius: Option<f32>,
+
     /// Start photons, and lead connections, in proportion to the power of luminaires, whatever comes of it: for measurements of
     /// what it brings to learn where light is of use.
     #[arg(long)]
@@ -61,6 +70,8 @@ pub struct SettingsArgs {
     pub keep: Vec<String>,
 }
 
+/// Layers of the EXR file.
+pub(super) const DEFAULT_LAYERS: [&str; 2] = ["visible", "error"];
 /// Camera samples per pixel and pass of the path tracers.
 pub(super) const DEFAULT_SAMPLES: u32 = 4;
 
@@ -94,6 +105,7 @@ impl SettingsArgs {
                 "--samples {samples}: photons take one camera sample per pixel and pass; add --method path, or give more passes"
             )));
         }
+        let usual = Settings::default();
         let settings = Settings {
             paths: self.photons,
             seed: self.seed,
@@ -109,7 +121,8 @@ impl SettingsArgs {
             even_starts: self.even_starts,
             keep_everything: self.keep_everything,
             keep: self.keep()?,
-            ..Settings::default()
+            caustic_radius: self.caustic_radius.unwrap_or(usual.caustic_radius),
+            ..usual
         };
         Ok((settings, layers))
     }
@@ -118,14 +131,15 @@ impl SettingsArgs {
     /// picture is noted.
     pub fn film(&self, settings: Settings, scene: &mut Scene) -> Settings {
         let aspect = scene.camera.aspect;
-        let (width, height) = self.size.unwrap_or_else(|| shaped(aspect.unwrap_or(1.0)));
+        let (width, height) = self.size.unwrap_or_else(|| film_size(aspect));
         let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
         scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
         let of_film = Settings::for_film(width, height);
-        let Settings { indirect_radius, .. } = match self.photons {
+        let usual = match self.photons {
             Some(paths) => of_film.with_paths(paths),
             None => of_film,
         };
+        let indirect_radius = self.indirect_radius.unwrap_or(usual.indirect_radius);
         Settings { width, height, indirect_radius, ..settings }
     }
 
@@ -146,21 +160,12 @@ impl SettingsArgs {
     }
 }
 
-/// The longer side of a film of no given size.
-const LONGER_SIDE: u32 = 512;
-
-/// A film of the given width / height.
-fn shaped(aspect: f32) -> (u32, u32) {
-    let shorter = |share: f32| ((LONGER_SIDE as f32 * share).round() as u32).max(1);
-    if aspect >= 1.0 { (LONGER_SIDE, shorter(1.0 / aspect)) } else { (shorter(aspect), LONGER_SIDE) }
-}
-
 /// What a film shows that a picture of the given width / height does not. None where a pixel makes the difference.
 fn beside(aspect: f32, width: u32, height: u32) -> Option<String> {
     let surplus = width as f32 - aspect * height as f32;
     let place = if surplus > 0.0 { "on the left and right" } else { "above and below" };
     (surplus.abs() >= aspect.max(1.0)).then(|| {
-        let (width_of_1, fitting) = (format!("{aspect:.4}"), shaped(aspect));
+        let (width_of_1, fitting) = (format!("{aspect:.4}"), film_size(Some(aspect)));
         let width_of_1 = width_of_1.trim_end_matches('0').trim_end_matches('.');
         format!(
             "the camera's picture is {width_of_1}:1, the film {width}x{height}: it also shows what lies {place} (--size {}x{} \
@@ -184,12 +189,24 @@ pub(super) fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     Ok((side(width)?, side(height)?))
 }
 
-/// A whole number from one up, also as in 1e6.
+fn radius(text: &str) -> std::result::Result<f32, String> {
+    let number = text.parse().ok().filter(|x: &f32| *x > 0.0 && x.is_finite());
+    number.ok_or_else(|| format!("`{text}` is no radius; write a number of pixels above zero"))
+}
+
+/// A whole number from one up, also as in 1e6, 20k, 1.5M.
 pub(super) fn whole<T: TryFrom<u64>>(text: &str) -> std::result::Result<T, String> {
-    let wrong =
-        || format!("`{text}` is no number of things; write a whole number above zero, as in 20000 or 2e4");
+    let wrong = || {
+        format!("`{text}` is no number of things; write a whole number above zero, as in 20000, 2e4 or 20k")
+    };
+    let (digits, scale) = match text.strip_suffix(['k', 'M']) {
+        Some(digits) => (digits, if text.ends_with('k') { 1e3 } else { 1e6 }),
+        None => (text, 1.0),
+    };
     // Below 2^53 a float holds whole numbers exactly.
-    let float = || text.parse::<f64>().ok().filter(|x| x.fract() == 0.0 && *x > 0.0 && *x < 9e15);
+    let float = || {
+        digits.parse::<f64>().map(|x| scale * x).ok().filter(|x| x.fract() == 0.0 && *x > 0.0 && *x < 9e15)
+    };
     let number = text.parse::<u64>().ok().or_else(|| float().map(|x| x as u64)).filter(|n| *n > 0);
     let number = number.ok_or_else(wrong)?;
     T::try_from(number).map_err(|_| format!("`{text}` is too large a number"))
@@ -200,13 +217,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn films_have_the_shape_of_the_cameras_picture_and_what_they_show_besides_is_told() {
-        assert_eq!(shaped(1.0), (512, 512));
-        assert_eq!(shaped(16.0 / 9.0), (512, 288));
-        assert_eq!(shaped(0.5), (256, 512));
-        assert_eq!((shaped(1e9), shaped(1e-9)), ((512, 1), (1, 512)));
+    fn what_a_film_shows_beside_the_cameras_picture_is_told() {
         for aspect in [1.0, 16.0 / 9.0, 4.0 / 3.0, 1.85, 0.37] {
-            let (width, height) = shaped(aspect);
+            let (width, height) = film_size(Some(aspect));
             assert_eq!(beside(aspect, width, height), None);
         }
         assert!(beside(16.0 / 9.0, 512, 512).is_some_and(|note| note.contains("above and below")));
@@ -217,8 +230,25 @@ mod tests {
     fn numbers_may_be_written_with_an_exponent() {
         assert_eq!(whole::<u32>("1e6"), Ok(1_000_000));
         assert_eq!(whole::<u32>("2.5e3"), Ok(2_500));
+        assert_eq!((whole::<u32>("20k"), whole::<u32>("1.5M")), (Ok(20_000), Ok(1_500_000)));
         assert_eq!(whole::<u32>("4294967295"), Ok(u32::MAX));
-        for wrong in ["0", "-1", "1.5", "1e-3", "nan", "inf", "", "1e", "4294967296", "1e16"] {
+        for wrong in [
+            "0",
+            "-1",
+            "1.5",
+            "1e-3",
+            "nan",
+            "inf",
+            "",
+            "1e",
+            "4294967296",
+            "1e16",
+            "k",
+            "1.5",
+            "0k",
+            "1m",
+            "0.1k k",
+        ] {
             assert!(whole::<u32>(wrong).is_err(), "{wrong}");
         }
     }

@@ -5,9 +5,8 @@ use super::output::PictureFiles;
 use super::preview_args::Settled;
 use crate::atlas::AtlasRun;
 use crate::error::{Error, Result};
-use crate::film::{
-    Compression, Film, Header, Layer, Preview, WrittenLayer, judge, write_exr, write_layers_exr,
-};
+use crate::film::{Compression, Film, Header, Layer, Preview, WrittenLayer, judge};
+use crate::mattes::Mattes;
 use crate::render::Render;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,6 +15,7 @@ use std::time::Duration;
 pub struct Writer {
     files: PictureFiles,
     preview: Preview,
+    mattes: Option<Mattes>,
     quiet: bool,
     /// True while writing fails, so that it is said once.
     failing: bool,
@@ -48,8 +48,8 @@ pub fn patiently(device: bool, write: impl Fn() -> Result<()>) -> Result<()> {
 
 impl Writer {
     /// To files that were claimed.
-    pub fn new(files: PictureFiles, preview: Preview, quiet: bool) -> Self {
-        Self { files, preview, quiet, failing: false, on_disk: None }
+    pub fn new(files: PictureFiles, preview: Preview, mattes: Option<Mattes>, quiet: bool) -> Self {
+        Self { files, preview, mattes, quiet, failing: false, on_disk: None }
     }
 
     /// Writes a picture on the way. Where that fails the render goes on, and the next picture is tried. A device gets none.
@@ -57,7 +57,7 @@ impl Writer {
         if self.files.device {
             return;
         }
-        match write(&self.files, render, self.preview) {
+        match self.write(render) {
             Ok(()) => {
                 self.on_disk = Some(render.film().passes());
                 if std::mem::take(&mut self.failing) {
@@ -77,7 +77,7 @@ impl Writer {
     /// # Errors
     /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
     pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
-        patiently(self.files.device, || write(&self.files, render, self.preview))
+        patiently(self.files.device, || self.write(render))
             .map_err(|e| self.lost(e, render.film().passes()))?;
         self.look_at(render)?;
         Ok(self.files.describe())
@@ -92,9 +92,14 @@ impl Writer {
         if judgement.shows_nothing() {
             return Err(Error::Image { path: self.path(), reason: warnings.join("; ") });
         }
-        shown.note().filter(|_| self.files.shown.is_some()).iter().for_each(|note| self.say(note));
+        shown.note().filter(|_| self.files.displays()).iter().for_each(|note| self.say(note));
         warnings.iter().for_each(|warning| self.say(&format!("warning: {warning}")));
         Ok(())
+    }
+
+    fn write(&self, render: &Render) -> Result<()> {
+        let more = (render.atlas_run(), self.mattes.as_ref());
+        write_picture(&self.files, render.film(), render.header(), more, self.preview)
     }
 
     fn path(&self) -> PathBuf {
@@ -126,34 +131,31 @@ fn counted(passes: u32) -> String {
     format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
 }
 
-fn write(files: &PictureFiles, render: &Render, preview: Preview) -> Result<()> {
-    write_picture(files, render.film(), render.header(), render.atlas_run(), preview)
-}
-
-/// Writes a picture with what is to be said of it.
+/// Writes a picture with what is to be said of it, and what else its file holds.
 pub fn write_picture(
     files: &PictureFiles,
     film: &Film,
     mut header: Header,
-    atlas: Option<&AtlasRun>,
+    (atlas, mattes): (Option<&AtlasRun>, Option<&Mattes>),
     preview: Preview,
 ) -> Result<()> {
+    let size = (film.width(), film.height());
     let plane = film.mean(Layer::Visible);
-    let shown = files.shown.is_some().then(|| Settled::of(preview, &plane));
+    let shown = files.displays().then(|| Settled::of(preview, &plane));
     shown.iter().for_each(|shown| shown.tell(&mut header));
-    match (&files.exr, atlas) {
-        (None, _) => {}
-        (Some(exr), None) => write_exr(exr, film, &header)?,
-        (Some(exr), Some(atlas)) => {
-            let mut image = film.image(&header);
-            let atlas = atlas.layers(&mut image.header);
-            let layers: Vec<_> = WrittenLayer::all_of(&image).chain(atlas).collect();
-            // A hundred noisy pictures: compressing them takes longer than writing what it saves.
-            let compression = Compression::Uncompressed;
-            write_layers_exr(exr, (image.width, image.height), &image.header, &layers, compression)?;
-        }
+    if files.exr.is_some() {
+        let mut image = film.image(&header);
+        let atlas = atlas.map(|atlas| atlas.layers(&mut image.header));
+        mattes.iter().for_each(|mattes| mattes.describe_in(&mut image.header));
+        // An atlas is a hundred noisy pictures: compressing them takes longer than writing what it saves. Of the lossless ones
+        // that compress noisy pictures at all PIZ is smallest and fastest.
+        let compression = if atlas.is_some() { Compression::Uncompressed } else { Compression::PIZ };
+        let mattes = mattes.into_iter().flat_map(Mattes::layers);
+        let layers: Vec<_> =
+            WrittenLayer::all_of(&image).chain(atlas.into_iter().flatten()).chain(mattes).collect();
+        files.put_layers(size, &image.header, &layers, compression)?;
     }
-    files.show((film.width(), film.height()), &plane, shown.map_or(preview, |shown| shown.fixed()))
+    files.show(size, &plane, shown.map_or(preview, |shown| shown.fixed()))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Several methods and seeds on one scene, side by side, timed as a user would time them.
+//! Several ways to render one scene, each with several seeds, side by side, timed as a user would time them.
 //!
 //! The run that has used the least time renders the next pass. So all of them advance together, and whatever disturbs the
 //! machine affects all of them alike.
@@ -14,11 +14,9 @@ use std::time::Instant;
 /// What is run.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// Common to all runs; method and seed are set for each.
-    pub settings: Settings,
     /// Who takes part.
-    pub methods: Vec<Method>,
-    /// One run of each method for each of these.
+    pub variants: Vec<Variant>,
+    /// One run of each variant for each of these.
     pub seeds: Vec<u64>,
     /// Times in seconds at which pictures are kept, ascending.
     pub budgets: Vec<f64>,
@@ -26,11 +24,27 @@ pub struct Course {
     pub load_seconds: f64,
 }
 
-/// One method with one seed.
+/// A way to render.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// What it is called; no two are called alike.
+    pub name: String,
+    /// How; the seed is set for each run.
+    pub settings: Settings,
+}
+
+impl Variant {
+    /// One that is called by its method.
+    pub fn of(method: Method, settings: &Settings) -> Self {
+        Self { name: method.name().into(), settings: Settings { method, ..settings.clone() } }
+    }
+}
+
+/// One variant with one seed.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// Who transported light.
-    pub method: Method,
+    /// The name of the variant.
+    pub variant: String,
     /// From which all randomness follows.
     pub seed: u64,
     /// Seconds for loading and planning (the pilot and the ray index included); part of every snapshot's time.
@@ -63,17 +77,17 @@ struct Runner {
     run: Run,
 }
 
-/// Runs all methods and seeds until each has passed the last budget; `progress` is told the seconds that the slowest
+/// Runs all variants and seeds until each has passed the last budget; `progress` is told the seconds that the slowest
 /// run has used. Pictures depend on the seed alone, times on the machine.
 ///
 /// # Errors
-/// A method that cannot render the scene.
+/// A variant that cannot render the scene.
 pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Result<Vec<Run>> {
     let last = course.budgets.last().copied().unwrap_or(0.0);
     let mut runners = Vec::new();
     for &seed in &course.seeds {
-        for &method in &course.methods {
-            runners.push(start(scene, course, method, seed)?);
+        for variant in &course.variants {
+            runners.push(start(scene, course, variant, seed)?);
         }
     }
     loop {
@@ -85,13 +99,14 @@ pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Re
     Ok(runners.into_iter().map(|runner| runner.run).collect())
 }
 
-fn start(scene: &Scene, course: &Course, method: Method, seed: u64) -> Result<Runner> {
-    let (scene, settings) = (scene.clone(), Settings { method, seed, ..course.settings.clone() });
+fn start(scene: &Scene, course: &Course, variant: &Variant, seed: u64) -> Result<Runner> {
+    let method = variant.settings.method;
+    let (scene, settings) = (scene.clone(), Settings { seed, ..variant.settings.clone() });
     let begin = Instant::now();
     let render = Render::new(scene, settings, &[Layer::Visible])?;
     let seconds = course.load_seconds + begin.elapsed().as_secs_f64();
     let run = Run {
-        method,
+        variant: variant.name.clone(),
         seed,
         setup_seconds: seconds,
         paths_per_pass: render.frame().photons.as_ref().map_or(0, |photons| photons.paths.into()),
@@ -124,9 +139,9 @@ mod tests {
     fn all_pass_every_budget_and_pictures_are_those_of_a_render() {
         let scene = Scene::load("builtin:cornell-spheres").unwrap();
         let settings = Settings { width: 16, height: 16, paths: Some(2000), ..Settings::default() };
+        let variants = [Method::Photon, Method::Path].map(|method| Variant::of(method, &settings));
         let course = Course {
-            settings: settings.clone(),
-            methods: vec![Method::Photon, Method::Path],
+            variants: variants.to_vec(),
             seeds: vec![3, 4],
             budgets: vec![0.02, 0.05],
             load_seconds: 0.001,
@@ -137,7 +152,8 @@ mod tests {
             assert!(run.setup_seconds > 0.001 && run.snapshots.len() == 2);
             let snapshot = &run.snapshots[1];
             assert!(snapshot.seconds >= 0.05 && snapshot.passes >= run.snapshots[0].passes);
-            let again = Settings { method: run.method, seed: run.seed, ..settings.clone() };
+            let variant = variants.iter().find(|variant| variant.name == run.variant).expect("it ran");
+            let again = Settings { seed: run.seed, ..variant.settings.clone() };
             let mut render = Render::new(scene.clone(), again, &[]).unwrap();
             (0..snapshot.passes).for_each(|_| render.pass());
             assert_eq!(render.film().mean(Layer::Visible), snapshot.picture);

@@ -7,7 +7,7 @@
 //! radius adds to it.
 
 use crate::error::{Error, Result};
-use crate::film::{Layer, Value, read_exr};
+use crate::film::{Image, Layer, Value, read_exr};
 use crate::measure::Metrics;
 use crate::plan::Method;
 use glam::{DVec3, Vec3};
@@ -108,13 +108,19 @@ impl Reference {
     /// # Errors
     /// One without its own error: a picture of unknown error proves nothing.
     pub fn read(path: &Path) -> Result<Self> {
-        let image = read_exr(path)?;
+        Self::of(&read_exr(path)?).map_err(|reason| Error::Image { path: path.into(), reason })
+    }
+
+    /// The reference that a picture is.
+    ///
+    /// # Errors
+    /// A picture without its own error; in words.
+    pub fn of(image: &Image) -> std::result::Result<Self, String> {
         let take = |name: &str| image.layer(name).map(<[Vec3]>::to_vec);
-        let missing = |name: &str| Error::Image {
-            path: path.into(),
-            reason: format!(
+        let missing = |name: &str| {
+            format!(
                 "no layer `{name}`, so its own error is not known; render it with --layers visible,error,emitted"
-            ),
+            )
         };
         let fact = |name: &str| image.header.get(name);
         Ok(Self {

@@ -75,6 +75,14 @@ impl Existence {
         Self::Measured(measure(scene, rays, &chain, seed))
     }
 
+    /// k as it was measured, else what it is at most.
+    pub fn factor(&self) -> f64 {
+        match self {
+            Self::Certain { at_most, .. } => *at_most,
+            Self::Measured(m) => m.k,
+        }
+    }
+
     /// The factor by which the power of a generation changes, where that is known and near one or above; else one.
     /// Where k cannot be told from one it is what k may be at the most, so that every path ends.
     pub fn growth(&self) -> f32 {

@@ -18,6 +18,7 @@ pub mod state;
 pub mod sums;
 mod wide;
 mod write_exr;
+mod write_linear;
 mod write_png;
 
 #[cfg(test)]
@@ -38,5 +39,6 @@ pub use read_exr::read_exr;
 pub use replace::{Place, check_writable, replace_file};
 pub use state::{Key, StateFile, StateHead, write_state};
 pub use sums::{Film, PassImage};
-pub use write_exr::{Line, WrittenLayer, line_of, write_exr, write_image_exr, write_layers_exr};
-pub use write_png::{srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};
+pub use write_exr::{Line, WrittenLayer, exr_bytes, line_of, write_exr, write_image_exr, write_layers_exr};
+pub use write_linear::{write_hdr, write_pfm};
+pub use write_png::{rgb_png, srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};

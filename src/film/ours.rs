@@ -6,6 +6,8 @@ use std::path::Path;
 
 /// What stands in PNG and JPEG files of ours, and in the `generator` of our pages.
 pub(super) const SIGNATURE: &str = "halflight";
+/// Scale of our float maps, which have room for nothing else: −1 with as many digits as nobody else writes.
+pub(super) const PFM_SCALE: &str = "-1.000000000000";
 /// Headers lie within so much, that of an atlas of some hundred layers too.
 const SEARCHED: u64 = 1 << 20;
 
@@ -27,6 +29,10 @@ fn signed(bytes: &[u8]) -> bool {
         holds(format!("Software\0{SIGNATURE}").as_bytes())
     } else if bytes.starts_with(b"\xff\xd8\xff") {
         holds(&[b"\xff\xfe\0\x0b", SIGNATURE.as_bytes()].concat())
+    } else if bytes.starts_with(b"#?RADIANCE\n") {
+        holds(format!("\nSOFTWARE={SIGNATURE}\n").as_bytes())
+    } else if bytes.starts_with(b"PF\n") {
+        bytes.split(|byte| *byte == b'\n').nth(2) == Some(PFM_SCALE.as_bytes())
     } else if bytes.starts_with(b"<!doctype html>") {
         holds(format!("<meta name=\"generator\" content=\"{SIGNATURE}\">").as_bytes())
     } else if bytes.starts_with(super::state::MAGIC) {

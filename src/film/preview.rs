@@ -1,6 +1,7 @@
 //! How a picture is shown on a display: how bright, and by which curve.
 
 use super::judge::automatic;
+use crate::scene::Scene;
 use glam::{Mat3, Vec3};
 use std::fmt;
 use std::str::FromStr;
@@ -53,6 +54,18 @@ impl From<f64> for Preview {
     /// The standard view at an exposure in stops.
     fn from(stops: f64) -> Self {
         Self::from(stops as f32)
+    }
+}
+
+impl Preview {
+    /// How a picture of a scene is shown where nothing is said: as it is; but as a viewer of models would where the studio had to
+    /// light it.
+    pub fn usual(scene: &Scene) -> Self {
+        if scene.lit_by_studio {
+            Self { exposure: Exposure::Auto, view: View::Neutral }
+        } else {
+            Self::default()
+        }
     }
 }
 

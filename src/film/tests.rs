@@ -182,7 +182,9 @@ fn halves_lie_among_floats_and_come_back_rounded() {
     let (width, height) = (70, 40); // more lines than a block has
     let value = |pixel: usize| Vec3::new(1.0, 0.3, 1e-3) * (1.0 + pixel as f32);
     let values: Vec<_> = (0..(width * height) as usize).map(value).collect();
-    let layer = |name: &str, half| WrittenLayer { name: name.into(), half, line: line_of(&values) };
+    let components = Layer::Visible.components();
+    let layer =
+        |name: &str, half| WrittenLayer { name: name.into(), half, components, line: line_of(&values) };
     let layers = [layer("visible", false), layer("atlas.1.0", true), layer("error", false)];
     for compression in [Compression::PIZ, Compression::Uncompressed] {
         write_layers_exr(&file, (width, height), &Header::new(), &layers, compression).unwrap();

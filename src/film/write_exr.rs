@@ -22,6 +22,8 @@ use std::path::Path;
 
 /// Prefix of our attributes in a file.
 pub(super) const PREFIX: &str = "halflight.";
+/// Beginning of the names of facts about mattes.
+const CRYPTOMATTE: &str = "cryptomatte/";
 
 /// Writes the mean of every layer of the film: `R G B` is the visible half, so that any viewer shows the picture;
 /// others are `invisible.R` …, `error.R` … (standard error of the mean), `depth.Z`, `normal.X` ….
@@ -42,6 +44,8 @@ pub struct WrittenLayer<'a> {
     pub name: String,
     /// True: 16 bits a number. False: 32.
     pub half: bool,
+    /// What stands behind its name and a dot, one for each of its numbers.
+    pub components: &'static [&'static str],
     /// Its numbers.
     pub line: Line<'a>,
 }
@@ -63,9 +67,26 @@ impl<'a> WrittenLayer<'a> {
         let pixels = image.width as usize * image.height as usize;
         image.layers.iter().map(move |(name, values)| {
             assert_eq!(values.len(), pixels, "layer {name} of another size");
-            Self { name: name.clone(), half: false, line: line_of(values) }
+            Self { name: name.clone(), half: false, components: components_of(name), line: line_of(values) }
         })
     }
+}
+
+/// The components of a layer by its name: of what is none of ours those of light.
+pub(crate) fn components_of(name: &str) -> &'static [&'static str] {
+    name.parse::<Layer>().map_or(Layer::Visible.components(), Layer::components)
+}
+
+/// The bytes of the file that [`write_layers_exr`] writes. None where it cannot hold the picture.
+pub fn exr_bytes(
+    size: (u32, u32),
+    header: &Header,
+    layers: &[WrittenLayer<'_>],
+    compression: Compression,
+) -> Option<Vec<u8>> {
+    let mut file = io::Cursor::new(Vec::new());
+    encode(size, header, layers, compression, &mut file).ok()?;
+    Some(file.into_inner())
 }
 
 /// The same as [`write_image_exr`] for a picture of (width, height) that need not be in memory as it is written.
@@ -91,8 +112,7 @@ fn encode(
     }
     let mut channels = Vec::new();
     for layer in layers {
-        let WrittenLayer { name, half, line } = layer;
-        let components = name.parse::<Layer>().map_or(Layer::Visible.components(), Layer::components);
+        let WrittenLayer { name, half, components, line } = layer;
         for (axis, component) in components.iter().enumerate() {
             let full = if name == Layer::Visible.name() {
                 (*component).into()
@@ -108,7 +128,7 @@ fn encode(
     let layer = ExrLayer::new(size, LayerAttributes::default(), encoding, Channels(channels));
     let mut exr = ExrImage::from_layer(layer);
     for (name, value) in &header.entries {
-        exr.attributes.other.insert(text(&format!("{PREFIX}{name}")), attribute(value));
+        exr.attributes.other.insert(text(&full(name)), attribute(value));
     }
     let mut buffered = BufWriter::with_capacity(1 << 16, &mut *file);
     exr.write().to_buffered(&mut buffered).map_err(|e| e.to_string())?;
@@ -118,6 +138,11 @@ fn encode(
         .map_err(|e| e.to_string())?
         .ok_or("an attribute name or text is malformed")?;
     Ok(())
+}
+
+/// The name of a fact in a file: ours have a prefix, those of Cryptomatte the names of its specification.
+fn full(name: &str) -> String {
+    if name.starts_with(CRYPTOMATTE) { name.into() } else { format!("{PREFIX}{name}") }
 }
 
 /// One component of a layer.

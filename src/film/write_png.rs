@@ -31,6 +31,13 @@ pub fn write_rgb_png(
     Ok(lost)
 }
 
+/// The bytes of the file that [`write_rgb_png`] writes, for who shows it at once.
+pub fn rgb_png(width: u32, height: u32, plane: &[Vec3], preview: impl Into<Preview>) -> Vec<u8> {
+    assert_eq!(plane.len(), width as usize * height as usize, "a plane of another size");
+    let (bytes, _) = displayed(plane, preview.into());
+    encode(width, height, &bytes).expect("memory takes what is written")
+}
+
 /// The same as a JPEG file, which has no more than 65,535 pixels a side.
 pub fn write_rgb_jpg(
     path: &Path,
@@ -128,6 +135,16 @@ mod tests {
                 assert_eq!(displayed(&brighter, preview), expected, "{view} × {times}");
             }
         }
+    }
+
+    #[test]
+    fn a_picture_in_memory_is_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.png");
+        let plane: Vec<Vec3> = (0..6_u8).map(|i| Vec3::new(f32::from(i) / 5.0, 0.5, 2.0)).collect();
+        write_rgb_png(&path, 3, 2, &plane, -1.0).expect("written");
+        assert_eq!(rgb_png(3, 2, &plane, -1.0), std::fs::read(&path).expect("read"));
+        assert_ne!(rgb_png(3, 2, &plane, 0.0), rgb_png(3, 2, &plane, -1.0));
     }
 
     #[test]

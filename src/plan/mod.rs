@@ -16,14 +16,14 @@ mod shrink;
 mod tests;
 
 pub use crate::existence::{Existence, Multiplication};
-pub use crate::machine::MemoryLimit;
+pub use crate::machine::{MemoryLimit, memory as memory_left};
 pub use describe::Technique;
 pub use frame::Frame;
 pub use lines::Visibility;
 pub use omission::{Omission, Omittable};
 pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
 pub use photons::{PerPath, PhotonClasses, PhotonPlan};
-pub use settings::{Direct, LEVELS, Method, Settings};
+pub use settings::{Direct, LEVELS, Method, Settings, film_size};
 
 use crate::clearance::Clearance;
 use crate::connect::{Connections, Lobes};

@@ -128,3 +128,27 @@ impl Default for Settings {
         }
     }
 }
+
+/// The longer side of a film of no given size.
+const LONGER_SIDE: u32 = 512;
+
+/// The film of a picture of the given width / height, where nobody asks for another: 512 pixels on the longer side. None: square.
+pub fn film_size(aspect: Option<f32>) -> (u32, u32) {
+    let aspect = aspect.unwrap_or(1.0);
+    let shorter = |share: f32| ((LONGER_SIDE as f32 * share).round() as u32).max(1);
+    if aspect >= 1.0 { (LONGER_SIDE, shorter(1.0 / aspect)) } else { (shorter(aspect), LONGER_SIDE) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn films_have_the_shape_of_the_cameras_picture() {
+        let shaped = |aspect: f32| film_size(Some(aspect));
+        assert_eq!([film_size(None), shaped(1.0)], [(512, 512); 2]);
+        assert_eq!(shaped(16.0 / 9.0), (512, 288));
+        assert_eq!(shaped(0.5), (256, 512));
+        assert_eq!((shaped(1e9), shaped(1e-9)), ((512, 1), (1, 512)));
+    }
+}

@@ -1,6 +1,7 @@
 //! A render: one plan, the frame that pilots learn, passes that are independent of each other, one film.
 
 mod forecast;
+mod pace;
 mod state;
 
 pub use crate::memory::Memory;
@@ -8,6 +9,7 @@ pub use crate::pass::render_pass;
 pub use crate::pilot::{learn, learn_photons};
 pub use crate::stop::Stop;
 pub use forecast::{Forecast, Saving, Stages, savings};
+pub use pace::Pace;
 pub use state::{ESTIMATORS, another_picture, key};
 
 use crate::atlas::{self, Atlas, AtlasRun};
@@ -225,9 +227,9 @@ fn plan_atlas(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Pla
 fn plan_picture(scene: Scene, settings: Settings) -> Result<Planned> {
     let plan = Plan::new(scene, settings);
     if plan.is_endless()
-        && let Some(refusal) = plan.existence.refusal(&plan.scene)
+        && let Some(reason) = plan.existence.refusal(&plan.scene)
     {
-        return Err(Error::NoImage(refusal));
+        return Err(Error::NoImage { reason, k: plan.existence.factor() });
     }
     let frame = learn(&plan);
     Ok((plan, frame, None))

@@ -21,7 +21,7 @@ const COLUMNS: [(&str, Cell); 26] = [
     ("scene", |scene, _| quoted(&scene.scene)),
     ("illumination", |scene, _| quoted(&scene.illumination)),
     ("scene_hash", |scene, _| scene.scene_hash.clone()),
-    ("method", |_, row| row.method.into()),
+    ("method", |_, row| quoted(&row.method)),
     ("seed", |_, row| row.seed.to_string()),
     ("budget", |_, row| row.budget.to_string()),
     ("seconds", |_, row| format!("{:.6}", row.seconds)),

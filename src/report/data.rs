@@ -1,11 +1,11 @@
-//! The results of a comparison, as files hold them.
+//! The results of a comparison, as files hold them. `method` is the name of what ran: a method, or a variant of the command.
 
 use crate::compare::OwnError;
 use crate::measure::Metrics;
 use glam::Vec3;
 use serde::Serialize;
 
-/// Methods × budgets × seeds on some scenes.
+/// Methods or variants × budgets × seeds on some scenes.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 #[cfg_attr(test, serde(bound(deserialize = "'de: 'static")))]
@@ -21,7 +21,7 @@ pub struct Comparison {
     /// Rows.
     pub height: u32,
     /// In the order of the command.
-    pub methods: Vec<&'static str>,
+    pub methods: Vec<String>,
     /// One run of each method for each.
     pub seeds: Vec<u64>,
     /// Seconds.
@@ -113,7 +113,7 @@ pub struct MaskFacts {
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Row {
     /// Who transported light.
-    pub method: &'static str,
+    pub method: String,
     /// From which all randomness follows.
     pub seed: u64,
     /// Seconds asked for.
@@ -156,7 +156,7 @@ pub struct Interval {
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Curve {
     /// Who transported light.
-    pub method: &'static str,
+    pub method: String,
     /// Median over seeds.
     pub setup_seconds: f64,
     /// One for each budget.
@@ -194,9 +194,9 @@ pub struct Point {
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Pair {
     /// The first.
-    pub a: &'static str,
+    pub a: String,
     /// The other.
-    pub b: &'static str,
+    pub b: String,
     /// The latest time that both have reached, in seconds.
     pub seconds: f64,
     /// relMSE of `b` over that of `a` at that time.

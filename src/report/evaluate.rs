@@ -41,8 +41,8 @@ impl MaskRule {
     }
 }
 
-/// Median relMSE of each method at each budget, less the reference's noise.
-pub fn medians(runs: &[Run], reference: &Reference, left_out: &[bool]) -> Vec<(Method, f64, f64)> {
+/// Median relMSE of each variant at each budget, less the reference's noise.
+pub fn medians<'a>(runs: &'a [Run], reference: &Reference, left_out: &[bool]) -> Vec<(&'a str, f64, f64)> {
     let noise = reference.noise_share(left_out);
     let relmse =
         |picture: &Vec<Vec3>| noise.taken_off(compare(picture, &reference.visible, Some(left_out))).relmse;
@@ -55,12 +55,12 @@ pub fn medians(runs: &[Run], reference: &Reference, left_out: &[bool]) -> Vec<(M
         .collect();
     let mut all = Vec::new();
     for method in methods(runs) {
-        let first = runs.iter().find(|run| run.method == method).map_or(&[][..], |run| &run.snapshots);
+        let first = runs.iter().find(|run| run.variant == method).map_or(&[][..], |run| &run.snapshots);
         for (i, snapshot) in first.iter().enumerate() {
             let of_seeds: Vec<f64> = runs
                 .iter()
                 .zip(&errors)
-                .filter(|(run, _)| run.method == method)
+                .filter(|(run, _)| run.variant == method)
                 .map(|(_, errors)| errors[i])
                 .collect();
             all.push((method, snapshot.budget, median(&of_seeds)));
@@ -70,15 +70,16 @@ pub fn medians(runs: &[Run], reference: &Reference, left_out: &[bool]) -> Vec<(M
 }
 
 /// True when the reference is good enough for every row.
-pub fn good_enough(medians: &[(Method, f64, f64)], own: &OwnError) -> bool {
+pub fn good_enough(medians: &[(&str, f64, f64)], own: &OwnError) -> bool {
     medians.iter().all(|(.., relmse)| *relmse >= MARGIN * own.total)
 }
 
-fn methods(runs: &[Run]) -> Vec<Method> {
+/// The names of what ran, in its order.
+fn methods(runs: &[Run]) -> Vec<&str> {
     let mut methods = Vec::new();
     for run in runs {
-        if !methods.contains(&run.method) {
-            methods.push(run.method);
+        if !methods.contains(&run.variant.as_str()) {
+            methods.push(run.variant.as_str());
         }
     }
     methods
@@ -99,23 +100,23 @@ pub fn evaluate(
     let too_noisy =
         |relmse: f64| relmse.is_nan() || relmse < MARGIN * own_error.total || own_error.total.is_nan();
     let noisy: Vec<_> = medians.iter().filter(|(.., relmse)| too_noisy(*relmse)).collect();
-    let is_noisy = |method: Method, budget: f64| noisy.iter().any(|n| n.0 == method && n.1 == budget);
+    let is_noisy = |method: &str, budget: f64| noisy.iter().any(|n| n.0 == method && n.1 == budget);
     let noise = reference.noise_share(&left_out);
     let rows = |run| rows(run, reference, &noise, &left_out);
     let mut rows: Vec<Row> = runs.par_iter().flat_map_iter(rows).collect();
     for row in &mut rows {
-        row.reference_too_noisy = noisy.iter().any(|n| n.0.name() == row.method && n.1 == row.budget);
+        row.reference_too_noisy = noisy.iter().any(|n| n.0 == row.method && n.1 == row.budget);
     }
     let smallest = medians.iter().map(|m| m.2).fold(f64::INFINITY, f64::min);
     let refused = noisy.len() > 1;
     let all = methods(runs);
-    let by_method: Vec<Vec<Vec<&Row>>> = all.iter().map(|method| series(&rows, *method)).collect();
+    let by_method: Vec<Vec<Vec<&Row>>> = all.iter().map(|method| series(&rows, method)).collect();
     let curves: Vec<Curve> = all
         .iter()
         .zip(&by_method)
-        .map(|(method, series)| curve(*method, series, |budget| is_noisy(*method, budget)))
+        .map(|(method, series)| curve(method, series, |budget| is_noisy(method, budget)))
         .collect();
-    let first = all.iter().position(|method| *method == Method::Photon).unwrap_or(0);
+    let first = all.iter().position(|method| *method == Method::Photon.name()).unwrap_or(0);
     let others = (0..all.len()).filter(|i| *i != first && !refused);
     let pairs =
         others.filter_map(|i| pair((all[first], &by_method[first]), (all[i], &by_method[i]))).collect();
@@ -135,7 +136,7 @@ pub fn evaluate(
             margin: smallest / own_error.total,
             too_noisy_for: noisy
                 .iter()
-                .map(|(method, budget, _)| format!("{} at {budget} s", method.name()))
+                .map(|(method, budget, _)| format!("{method} at {budget} s"))
                 .collect(),
             refused,
         },
@@ -156,7 +157,7 @@ fn rows(run: &Run, reference: &Reference, noise: &NoiseShare, left_out: &[bool])
         let counted = map.iter().zip(left_out).filter(|(_, out)| !**out);
         let flip = counted.map(|(e, _)| f64::from(*e)).sum::<f64>() / metrics.compared.max(1) as f64;
         Row {
-            method: run.method.name(),
+            method: run.variant.clone(),
             seed: run.seed,
             budget: snapshot.budget,
             seconds: snapshot.seconds,
@@ -174,9 +175,9 @@ fn rows(run: &Run, reference: &Reference, noise: &NoiseShare, left_out: &[bool])
 }
 
 /// The rows of a method by seed, then by budget.
-fn series(rows: &[Row], method: Method) -> Vec<Vec<&Row>> {
-    let mut by_seed: Vec<Vec<&Row>> = Vec::new();
-    for row in rows.iter().filter(|row| row.method == method.name()) {
+fn series<'a>(rows: &'a [Row], method: &str) -> Vec<Vec<&'a Row>> {
+    let mut by_seed: Vec<Vec<&'a Row>> = Vec::new();
+    for row in rows.iter().filter(|row| row.method == method) {
         match by_seed.iter_mut().find(|seed| seed[0].seed == row.seed) {
             Some(seed) => seed.push(row),
             None => by_seed.push(vec![row]),
@@ -202,7 +203,7 @@ fn median_curve(series: &[Vec<&Row>], seeds: &[usize], setup: f64) -> Vec<(f64, 
     points
 }
 
-fn curve(method: Method, series: &[Vec<&Row>], too_noisy: impl Fn(f64) -> bool) -> Curve {
+fn curve(method: &str, series: &[Vec<&Row>], too_noisy: impl Fn(f64) -> bool) -> Curve {
     let seeds: Vec<usize> = (0..series.len()).collect();
     let budgets = series.first().map_or(0, Vec::len);
     let setup = median(&column(series, &seeds, 0, |row| row.setup_seconds));
@@ -225,18 +226,18 @@ fn curve(method: Method, series: &[Vec<&Row>], too_noisy: impl Fn(f64) -> bool) 
     };
     let slope = |seeds: &[usize]| log_slope(&median_curve(series, seeds, setup));
     Curve {
-        method: method.name(),
+        method: method.to_owned(),
         setup_seconds: setup,
         points: (0..budgets).map(point).collect(),
         slope: slope(&seeds).map(|value| bootstrap(value, 1, seeds.len(), |drawn| slope(&drawn[0]))),
     }
 }
 
-type Series<'a> = (Method, &'a [Vec<&'a Row>]);
+type Series<'a> = (&'a str, &'a [Vec<&'a Row>]);
 
 fn pair<'a>(
-    (a, of_a): (Method, &'a Vec<Vec<&'a Row>>),
-    (b, of_b): (Method, &'a Vec<Vec<&'a Row>>),
+    (a, of_a): (&'a str, &'a Vec<Vec<&'a Row>>),
+    (b, of_b): (&'a str, &'a Vec<Vec<&'a Row>>),
 ) -> Option<Pair> {
     let (a, b): (Series<'_>, Series<'_>) = ((a, of_a), (b, of_b));
     let all: Vec<usize> = (0..a.1.len()).collect();
@@ -245,8 +246,8 @@ fn pair<'a>(
         bootstrap(value, 2, all.len(), |drawn| ratios(a.1, b.1, &drawn[0], &drawn[1]).map(|r| figure(&r)))
     };
     Some(Pair {
-        a: a.0.name(),
-        b: b.0.name(),
+        a: a.0.to_owned(),
+        b: b.0.to_owned(),
         seconds: value.seconds,
         error_ratio: interval(value.error_ratio, |r| r.error_ratio),
         relmse: value.relmse,
@@ -291,13 +292,13 @@ fn shown(runs: &[Run], rows: &[Row], reference: &Reference) -> Vec<Shown> {
             series(rows, method).iter().filter_map(|seed| seed.last().copied()).collect();
         last.sort_by(|a, b| a.metrics.relmse.total_cmp(&b.metrics.relmse));
         let Some(row) = last.get((last.len().max(1) - 1) / 2) else { continue };
-        let run = runs.iter().find(|run| run.method == method && run.seed == row.seed);
+        let run = runs.iter().find(|run| run.variant == method && run.seed == row.seed);
         let Some(snapshot) = run.and_then(|run| run.snapshots.last()) else { continue };
         let caption = format!(
             "{:.1} s, {} passes, seed {}, relMSE {:.2e}, FLIP {:.3}",
             row.seconds, row.passes, row.seed, row.metrics.relmse, row.flip
         );
-        all.push(Shown { name: method.name().into(), caption, picture: snapshot.picture.clone() });
+        all.push(Shown { name: method.into(), caption, picture: snapshot.picture.clone() });
     }
     all
 }

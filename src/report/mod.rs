@@ -3,6 +3,7 @@
 mod csv;
 pub mod data;
 pub mod evaluate;
+mod look;
 mod page;
 mod pictures;
 mod square;

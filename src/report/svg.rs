@@ -1,6 +1,7 @@
 //! Curves of relMSE over time, log-log, as SVG that is legible on a light or dark background.
 
 use super::data::{Comparison, Curve, Interval, SceneReport};
+use super::look::{Look, marker};
 use std::fmt::Write;
 
 /// Where things stand, in pixels of a figure that is shown at its own size.
@@ -145,7 +146,7 @@ fn panel(layout: &Layout, comparison: &Comparison, scene: &SceneReport) -> Strin
         );
     }
     for curve in &scene.curves {
-        draw(&mut text, layout, curve, &x, &y);
+        draw(&mut text, layout, (curve, &Look::of(&scene.curves, &curve.method)), &x, &y);
     }
     legend(&mut text, layout, &scene.curves, &y);
     text
@@ -219,7 +220,7 @@ fn grid(text: &mut String, layout: &Layout, x: &Axis, y: &Axis) {
     );
 }
 
-fn draw(text: &mut String, layout: &Layout, curve: &Curve, x: &Axis, y: &Axis) {
+fn draw(text: &mut String, layout: &Layout, (curve, look): (&Curve, &Look), x: &Axis, y: &Axis) {
     let [_, top, _, bottom] = layout.frame;
     let at = |seconds: f64, error: f64| {
         format!("{:.1},{:.1}", x.place(seconds), y.place(error.max(y.low)).clamp(top, bottom))
@@ -230,7 +231,7 @@ fn draw(text: &mut String, layout: &Layout, curve: &Curve, x: &Axis, y: &Axis) {
     let lower = drawn.iter().rev().map(|point| at(point.seconds, point.low));
     let band: Vec<_> = upper.chain(lower).collect();
     let line: Vec<_> = drawn.iter().map(|point| at(point.seconds, point.relmse)).collect();
-    let _ = writeln!(text, "<g class=\"method {}\">", curve.method);
+    let _ = writeln!(text, "<g {}>", look.group);
     let _ = writeln!(text, "<polygon class=\"band\" points=\"{}\"/>", band.join(" "));
     let _ = writeln!(text, "<polyline class=\"curve\" points=\"{}\"/>", line.join(" "));
     for point in drawn {
@@ -240,8 +241,8 @@ fn draw(text: &mut String, layout: &Layout, curve: &Curve, x: &Axis, y: &Axis) {
             text,
             "<g class=\"point{}\">{}<title>{}: {:.2} s, relMSE {:.3e} [{:.3e}, {:.3e}]{noisy}</title></g>",
             if noisy.is_empty() { "" } else { " noisy" },
-            marker(curve.method, cx, cy),
-            curve.method,
+            marker(look.shape, cx, cy),
+            escape(&curve.method),
             point.seconds,
             point.relmse,
             point.low,
@@ -249,15 +250,6 @@ fn draw(text: &mut String, layout: &Layout, curve: &Curve, x: &Axis, y: &Axis) {
         );
     }
     *text += "</g>\n";
-}
-
-/// A shape of its own for each method, so that colour is not all that tells them apart.
-fn marker(method: &str, x: f64, y: f64) -> String {
-    match method {
-        "photon" => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\"/>"),
-        "path" => format!("<rect x=\"{:.1}\" y=\"{:.1}\" width=\"8\" height=\"8\"/>", x - 4.0, y - 4.0),
-        _ => format!("<path d=\"M{:.1} {:.1}l5 9h-10z\"/>", x, y - 5.5),
-    }
 }
 
 /// Names and slopes: below the plot, or beside the ends of the curves.
@@ -272,15 +264,16 @@ fn legend(text: &mut String, layout: &Layout, curves: &[Curve], y: &Axis) {
     for (place, curve) in places {
         let slope =
             curve.slope.map_or("slope not known".to_owned(), |slope| format!("slope {}", interval(&slope)));
+        let look = Look::of(curves, &curve.method);
         let _ = writeln!(
             text,
-            "<g class=\"method {}\">{}<text class=\"name\" x=\"{}\" y=\"{:.1}\">{}</text>\
+            "<g {}>{}<text class=\"name\" x=\"{}\" y=\"{:.1}\">{}</text>\
              <text class=\"note\" x=\"{}\" y=\"{:.1}\">{slope}</text></g>",
-            curve.method,
-            marker(curve.method, x, place),
+            look.group,
+            marker(look.shape, x, place),
             x + 12.0,
             place + 4.0,
-            curve.method,
+            escape(&curve.method),
             x + 12.0,
             place + 20.0
         );

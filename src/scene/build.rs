@@ -49,6 +49,11 @@ impl SceneBuilder {
         }
     }
 
+    /// What it is called in messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// With a camera, in world space.
     #[must_use]
     pub fn camera(self, camera: Camera) -> Self {

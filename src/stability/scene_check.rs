@@ -33,18 +33,15 @@ pub fn check_scene(scene: &Scene, mut found: impl FnMut(&Outcome)) -> Result<Vec
     };
     let mut render = match Render::new(scene.clone(), settings.clone(), &[Layer::Visible]) {
         Ok(render) => render,
-        Err(crate::error::Error::NoImage(why)) => {
-            let checks = vec![Check::fact("multiplication factor", "an image exists", why)];
+        Err(crate::error::Error::NoImage { reason, .. }) => {
+            let checks = vec![Check::fact("multiplication factor", "an image exists", reason)];
             add(outcome("existence", "k is below one", checks, begin));
             return Ok(outcomes);
         }
         Err(other) => return Err(other),
     };
     let existence = &render.plan().existence;
-    let k = match existence {
-        Existence::Certain { at_most, .. } => *at_most,
-        Existence::Measured(m) => m.k,
-    };
+    let k = existence.factor();
     let words = format!("k {}", existence.describe());
     let certain = matches!(existence, Existence::Certain { .. });
     let expected = if certain || k < 1.0 { words.clone() } else { "k below one".into() };

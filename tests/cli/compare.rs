@@ -120,6 +120,53 @@ fn a_reference_that_proves_nothing_is_refused() {
 }
 
 #[test]
+fn sets_of_options_compete_under_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let wide = "wide: --indirect-radius 24";
+    let few = "few.paths: --method path --samples 1";
+    let sizes = ["--size", "48x48", "--budgets", "0.05s,0.3s", "--seeds", "2", "--photons", "20k"];
+    let rest = ["--reference-time", "60s", "--quiet", "-o", text(folder.path())];
+    let scene = "builtin:cornell-spheres";
+    done(&[&["compare", scene, "--variant", wide, "--variant", few][..], &sizes, &rest].concat());
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let json: Value = serde_json::from_str(&read("compare.json")).unwrap();
+    assert_eq!(json["methods"], serde_json::json!(["wide", "few.paths"]));
+    let runs = json["scenes"][0]["runs"].as_array().unwrap().clone();
+    assert_eq!(runs.len(), 2 * 2 * 2, "variants, budgets, seeds");
+    for run in &runs {
+        let (passes, paths) = (run["passes"].as_u64().unwrap(), run["photon_paths"].as_u64().unwrap());
+        let expected = if run["method"] == "wide" { 20_000 * passes } else { 0 };
+        assert_eq!(paths, expected, "{run}");
+        let samples = run["camera_samples"].as_u64().unwrap();
+        assert_eq!(samples, 48 * 48 * passes, "{run}");
+    }
+    let (svg, page) = (read("compare.svg"), read("compare.html"));
+    assert_eq!(svg.matches("<polyline class=\"curve\"").count(), 2);
+    assert!(svg.contains("--colour: ") && svg.contains(">few.paths</text>") && page.contains("few.paths"));
+}
+
+#[test]
+fn variants_that_are_wrong_are_told_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |variants: &[&str]| {
+        let variants: Vec<&str> = variants.iter().flat_map(|variant| ["--variant", variant]).collect();
+        refused(&[&["compare", "-o", text(folder.path())][..], &variants].concat())
+    };
+    let message = with(&["a: --indirect-radius 9", "b: --photns 3"]);
+    assert!(message.contains("'b: --photns 3'") && message.contains("'--photns'"), "{message}");
+    assert!(with(&["b: --indirect-radius 0"]).contains("no radius"));
+    assert!(with(&["b: --samples 3"]).contains("photons take one camera sample"));
+    assert!(with(&["b: --keep nothing"]).contains("--keep nothing"));
+    assert!(with(&["b: --size 8x8"]).contains("--size is the same for all"));
+    assert!(with(&["b: --max-reflections 2"]).contains("--max-reflections is the same for all"));
+    assert!(with(&["a:", "a: --photons 9"]).contains("names a twice"));
+    assert!(with(&["two words: --photons 9"]).contains("a name has letters"));
+    assert!(with(&["Gold", "Silver"]).contains("one at a time"));
+    let both = ["compare", "-o", text(folder.path()), "--methods", "path", "--variant", "a: --photons 9"];
+    assert!(refused(&both).contains("both say who competes"));
+}
+
+#[test]
 fn what_is_wrong_is_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let output = text(folder.path());

@@ -336,3 +336,60 @@ fn names_from_files_stay_on_their_line() {
     let odd = halflight(folder.path(), "render nowhere\u{1b}[2J.glb");
     assert!(said(&odd).contains("nowhere\\u{1b}[2J.glb"), "{}", said(&odd));
 }
+
+#[test]
+fn the_ending_decides_what_is_written_and_all_hold_the_same_picture() {
+    let folder = folder("b.bin", "t.png", 5.0);
+    let path = |name: &str| folder.path().join(name);
+    for name in ["a.exr", "b.pfm", "c.hdr", "d.jpg"] {
+        done(folder.path(), &format!("render s.gltf {SMALL} -o {name}"));
+    }
+    assert!(path("a.png").exists() && !path("b.png").exists() && !path("c.png").exists());
+    let plane = read_exr(&path("a.exr")).expect("a picture").layer("visible").expect("a plane").to_vec();
+    let file = fs::read(path("b.pfm")).expect("a map");
+    let pixels = file.splitn(4, |byte| *byte == b'\n').last().expect("pixels").to_vec();
+    let floats: Vec<u32> = pixels.as_chunks::<4>().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+    let rows = plane.chunks(16).rev().flatten();
+    assert_eq!(floats, rows.flat_map(|pixel| pixel.to_array().map(f32::to_bits)).collect::<Vec<_>>());
+    assert!(fs::read(path("c.hdr")).expect("a picture").starts_with(b"#?RADIANCE\n"));
+    // They are ours, and are replaced.
+    for name in ["b.pfm", "c.hdr"] {
+        done(folder.path(), &format!("render s.gltf {SMALL} --seed 3 -o {name}"));
+    }
+    fs::write(path("e.pfm"), b"PF\n1 1\n-1.0\n123456789012").expect("written");
+    refused(folder.path(), &format!("render s.gltf {SMALL} -o e.pfm"), &["e.pfm", "--overwrite"]);
+    refused(folder.path(), &format!("render s.gltf {SMALL} --cryptomatte -o b.pfm"), &["--cryptomatte"]);
+}
+
+#[test]
+fn standard_output_gets_the_exr_file_and_nothing_else() {
+    let folder = folder("b.bin", "t.png", 5.0);
+    let output = halflight(folder.path(), &format!("render s.gltf {SMALL} -o -"));
+    assert!(output.status.success(), "{}", said(&output));
+    fs::write(folder.path().join("a.exr"), &output.stdout).expect("written");
+    let image = read_exr(&folder.path().join("a.exr")).expect("a picture");
+    assert_eq!((image.width, image.height, image.layer_names().as_str()), (16, 16, "visible, error"));
+    assert!(!folder.path().join("-").exists());
+}
+
+#[test]
+fn mattes_are_layers_of_the_exr_file_with_their_names_in_its_header() {
+    let folder = folder("b.bin", "t.png", 5.0);
+    done(folder.path(), &format!("render s.gltf {SMALL} --cryptomatte -o a.exr"));
+    let image = read_exr(&folder.path().join("a.exr")).expect("a picture");
+    for layer in ["CryptoObject00", "CryptoObject02", "CryptoMaterial00"] {
+        assert!(image.layer(layer).is_some(), "{layer} of {}", image.layer_names());
+    }
+    let fact = |name: &str, of: &str| {
+        let entry = image.header.entries.iter().find(|(fact, value)| {
+            fact.starts_with("cryptomatte/") && fact.ends_with(name) && value.to_string().contains(of)
+        });
+        entry.is_some()
+    };
+    assert!(fact("/name", "CryptoObject") && fact("/manifest", "{") && fact("/hash", "MurmurHash3_32"));
+    // Coverage, the second number, is that of one object or of nothing.
+    let first = image.layer("CryptoObject00").expect("a layer");
+    assert!(
+        first.iter().all(|pixel| (0.0..=1.0).contains(&pixel.y)) && first.iter().any(|pixel| pixel.y == 1.0)
+    );
+}

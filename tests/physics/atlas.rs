@@ -100,8 +100,10 @@ fn where_the_corner_has_no_image_others_have() {
     let few = atlas(&scene, settings(3, 500), 4);
     assert!(few.cut);
     for (s, t) in [(1.0, 1.0), (0.88, 1.0)] {
-        let Err(Error::NoImage(message)) = few.mix(s, t) else { panic!("there is no image at {s},{t}") };
-        assert!(message.contains("up to s = 0.86"), "{message}");
+        let Err(Error::NoImage { reason: message, k }) = few.mix(s, t) else {
+            panic!("there is no image at {s},{t}")
+        };
+        assert!(k > 1.0 && message.contains("up to s = 0.86"), "{k}: {message}");
     }
     assert!(matches!(few.mix(1.1, 0.0), Err(Error::Usage(_))));
     assert!(few.left_out(0.7, 1.0) < 1e-5);

@@ -264,7 +264,7 @@ fn a_supercritical_box_is_refused_by_every_method_and_served_truncated() {
         let settings = Settings { method, ..small(16, 16, 2000) };
         let error =
             Render::new(supercritical(), settings.clone(), &[Layer::Visible]).err().expect("no image");
-        assert!(matches!(error, Error::NoImage(_)) && error.exit_code() == 3);
+        assert!(matches!(error, Error::NoImage { k, .. } if k >= 1.0) && error.exit_code() == 3);
         let message = error.to_string();
         eprintln!("{message}");
         assert!(

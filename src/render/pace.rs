@@ -3,7 +3,7 @@
 //! Passes are whole: one that the clock cuts off is dropped. Only time decides, never what a pass shows, so the mean over
 //! passes stays unbiased.
 
-use crate::render::Render;
+use super::Render;
 use std::time::{Duration, Instant};
 
 /// A pass takes no more than this share of the time, as far as fewer photons help.

@@ -1,0 +1,257 @@
+use crate::errors::{raised, usage};
+use crate::options::Options;
+use crate::picture::Picture;
+use crate::records::plan_rows;
+use crate::scene::Scene;
+use crate::settings::{Limits, Wanted};
+use crate::wait::wait;
+use halflight::film::Preview;
+use halflight::plan::Settings;
+use halflight::render::{ErrorEstimate, Pace, Render as Rendering, Stop};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyList};
+use std::sync::{Mutex, MutexGuard};
+use std::time::Instant;
+
+/// The spread of so few passes is not yet a measure of error.
+const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
+
+/// Renders `scene` until the first of `passes`, `seconds` and `error` is reached (64 passes where none is given) and returns a
+/// Picture: the same, bit for bit, as `halflight render` makes with the same settings.
+///
+/// `size` is (width, height) in pixels, `illumination` a name or a point (s, t) of the square, `method` "photon", "path" or
+/// "path-plain". `layers` are names, or ["all"]; None: all that cost nothing. `progress` is True, or a function that is called
+/// after each step with a record of passes, seconds, noise and bias. Other threads run meanwhile, and Ctrl-C ends it.
+#[pyfunction]
+#[pyo3(
+    signature = (scene, **more),
+    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, even_starts=False, keep_everything=False, keep=(), progress=False)"
+)]
+pub fn render(
+    py: Python<'_>,
+    scene: &Bound<'_, Scene>,
+    more: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Picture> {
+    let begin = Instant::now();
+    let more = Options::of("render()", more)?;
+    let (wanted, limits, progress) = (Wanted::of(&more)?, Limits::of(&more)?, more.any("progress")?);
+    more.finish()?;
+    let render = Render::begin(py, scene, wanted, false)?;
+    render.until(py, begin, &limits, progress.as_ref())?;
+    render.picture(py)
+}
+
+/// A render that goes on pass by pass. Settings are those of `render`; its state cannot be stored yet.
+#[pyclass(frozen, module = "halflight")]
+pub struct Render {
+    inner: Mutex<Rendering>,
+    preview: Preview,
+}
+
+impl Render {
+    /// Plans it.
+    pub fn begin(py: Python<'_>, scene: &Bound<'_, Scene>, wanted: Wanted, atlas: bool) -> PyResult<Self> {
+        let scene = scene.get().ready(py, wanted.illumination)?;
+        let preview = Preview::usual(&scene);
+        let (settings, layers) = wanted.on(&scene);
+        let settings = Settings { atlas, ..settings };
+        let planned = wait(py, &Stop::default(), || Rendering::new(scene, settings, &layers))?;
+        Ok(Self { inner: Mutex::new(planned.map_err(raised)?), preview })
+    }
+
+    /// To be locked without the interpreter's lock, which who holds this one may be waiting for.
+    fn locked(&self) -> MutexGuard<'_, Rendering> {
+        self.inner.lock().expect("nothing panics while it is held")
+    }
+
+    /// What `read` finds out about it as it is now.
+    pub fn look<T: Send>(&self, py: Python<'_>, read: impl FnOnce(&Rendering) -> T + Send) -> T {
+        py.detach(|| read(&self.locked()))
+    }
+
+    /// How it is shown.
+    pub fn preview(&self) -> Preview {
+        self.preview
+    }
+
+    /// Goes on until a limit is reached, since `begin`.
+    pub fn until(
+        &self,
+        py: Python<'_>,
+        begin: Instant,
+        limits: &Limits,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let mut pace = Pace::new(begin, limits.time, 0);
+        if limits.time.is_some() {
+            wait(py, &Stop::default(), || drop(pace.fit(&mut self.locked())))?;
+        }
+        loop {
+            let stop = Stop::default();
+            let step = wait(py, &stop, || step(&mut self.locked(), &mut pace, limits, &stop))?;
+            let Some(now) = step else { break };
+            let done = now.reaches(limits, begin);
+            if let Some(progress) = progress {
+                now.tell(py, progress, begin.elapsed().as_secs_f64(), done)?;
+            }
+            if done {
+                return now.check(limits);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where a render stands.
+struct Now {
+    passes: u32,
+    error: Option<ErrorEstimate>,
+}
+
+/// One pass, or as many as are best made together. None: there is no time left for another.
+fn step(render: &mut Rendering, pace: &mut Pace, limits: &Limits, stop: &Stop) -> Option<Now> {
+    loop {
+        let done = render.film().passes();
+        let left = limits.passes.map_or(u32::MAX, |limit| limit.saturating_sub(done));
+        let most = left.min(pace.most(done));
+        if most == 0 {
+            return None;
+        }
+        render.stop_at(stop.at(pace.deadline(done)));
+        let passing = Instant::now();
+        if render.passes(most) > 0 {
+            pace.took(passing.elapsed().as_secs_f64());
+            return Some(Now { passes: render.film().passes(), error: render.error() });
+        }
+        // The pass under way was dropped.
+        if stop.is_wished() || pace.again(done, render).is_none() {
+            return None;
+        }
+    }
+}
+
+impl Now {
+    fn reaches(&self, limits: &Limits, begin: Instant) -> bool {
+        let error =
+            self.error.map(ErrorEstimate::total).filter(|_| self.passes >= FEWEST_PASSES_FOR_AN_ERROR);
+        let reached = |limit: f64| error.is_some_and(|error| error <= limit || !error.is_finite());
+        limits.passes.is_some_and(|limit| self.passes >= limit)
+            || limits.time.is_some_and(|limit| begin.elapsed() >= limit)
+            || limits.error.is_some_and(reached)
+    }
+
+    /// An error to reach that never can be.
+    fn check(&self, limits: &Limits) -> PyResult<()> {
+        match (limits.error, self.error) {
+            (Some(limit), Some(error)) if !error.total().is_finite() => Err(usage(format!(
+                "error={limit} cannot be reached: some pixels are not finite numbers, and so is the error; scale the lamps down"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn tell(&self, py: Python<'_>, progress: &Bound<'_, PyAny>, seconds: f64, done: bool) -> PyResult<()> {
+        let (noise, bias) = (self.error.map(|error| error.noise), self.error.map(|error| error.bias));
+        if progress.is_instance_of::<PyBool>() {
+            return if progress.is_truthy()? { self.print(py, seconds, done) } else { Ok(()) };
+        }
+        let record = PyDict::new(py);
+        record.set_item("passes", self.passes)?;
+        record.set_item("seconds", seconds)?;
+        record.set_item("noise", noise)?;
+        record.set_item("bias", bias)?;
+        progress.call1((record,)).map(drop)
+    }
+
+    fn print(&self, py: Python<'_>, seconds: f64, done: bool) -> PyResult<()> {
+        let error =
+            self.error.map_or(String::new(), |error| format!(", error {:.2} %", 100.0 * error.total()));
+        let end = if done { "\n" } else { "" };
+        let line = format!("\r{} passes, {seconds:.1} s{error}  {end}", self.passes);
+        let err = py.import("sys")?.getattr("stderr")?;
+        err.call_method1("write", (line,))?;
+        err.call_method0("flush").map(drop)
+    }
+}
+
+#[pymethods]
+impl Render {
+    #[new]
+    #[pyo3(
+        signature = (scene, **more),
+        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, even_starts=False, keep_everything=False, keep=())"
+    )]
+    fn new(py: Python<'_>, scene: &Bound<'_, Scene>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let more = Options::of("Render()", more)?;
+        let wanted = Wanted::of(&more)?;
+        more.finish()?;
+        Self::begin(py, scene, wanted, false)
+    }
+
+    /// Renders so many passes more, and returns how many there are now.
+    #[pyo3(signature = (passes=1))]
+    fn advance(&self, py: Python<'_>, passes: u32) -> PyResult<u32> {
+        let passes = passes.saturating_add(self.passes(py));
+        let limits = Limits { passes: Some(passes), time: None, error: None };
+        self.until(py, Instant::now(), &limits, None)?;
+        Ok(self.passes(py))
+    }
+
+    /// Goes on until the first of these is reached: so many passes in the picture, so many seconds from now, a relative error.
+    #[pyo3(
+        signature = (**more),
+        text_signature = "($self, *, passes=None, seconds=None, error=None, progress=False)"
+    )]
+    fn run(&self, py: Python<'_>, more: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        let begin = Instant::now();
+        let more = Options::of("run()", more)?;
+        let (limits, progress) = (Limits::of(&more)?, more.any("progress")?);
+        more.finish()?;
+        self.until(py, begin, &limits, progress.as_ref())
+    }
+
+    /// The picture so far.
+    pub fn picture(&self, py: Python<'_>) -> PyResult<Picture> {
+        let image = self.look(py, |render| render.film().image(&render.header()));
+        Ok(py.detach(|| Picture::new(image, self.preview)))
+    }
+
+    /// Passes in the picture.
+    #[getter]
+    fn passes(&self, py: Python<'_>) -> u32 {
+        self.look(py, |render| render.film().passes())
+    }
+
+    /// The standard error of the picture relative to it, root of the mean square over pixels. None below two passes.
+    #[getter]
+    fn noise(&self, py: Python<'_>) -> Option<f64> {
+        self.look(py, Rendering::error).map(|error| error.noise)
+    }
+
+    /// The estimated bias of the picture on the same scale; zero where noise hides it. None below two passes.
+    #[getter]
+    fn bias(&self, py: Python<'_>) -> Option<f64> {
+        self.look(py, Rendering::error).map(|error| error.bias)
+    }
+
+    /// Both together, as `error=` asks for. None below two passes.
+    #[getter]
+    fn error(&self, py: Python<'_>) -> Option<f64> {
+        self.look(py, Rendering::error).map(ErrorEstimate::total)
+    }
+
+    /// What is done and what is left out, as records.
+    #[getter]
+    fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let rows = self.look(py, |render| plan_rows(render.plan(), render.frame(), None));
+        PyList::new(py, rows)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (width, height, passes) = self.look(py, |render| {
+            let film = render.film();
+            (film.width(), film.height(), film.passes())
+        });
+        format!("<halflight.Render {width}x{height}, {passes} passes>")
+    }
+}
