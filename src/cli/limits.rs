@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::Schedule;
+use crate::machine::{self, MemoryLimit};
 use crate::render::ErrorEstimate;
 use std::time::Duration;
 
@@ -104,6 +105,12 @@ pub fn shard(text: &str) -> std::result::Result<Shard, String> {
     let number = |text: &str| text.parse::<u32>().map_err(|_| wrong());
     let shard = Shard { which: number(which)?, of: number(of)? };
     if (1..=shard.of).contains(&shard.which) { Ok(shard) } else { Err(wrong()) }
+}
+
+/// The memory that is left to this program, but no more than `most` bytes, where those are given.
+pub fn memory_below(most: Option<u64>) -> Option<MemoryLimit> {
+    let asked = most.map(|bytes| MemoryLimit { bytes, of: "--memory allows" });
+    machine::memory().into_iter().chain(asked).min_by_key(|limit| limit.bytes)
 }
 
 /// Bytes, as in 2GiB, 500MB.

@@ -1,6 +1,6 @@
 use super::interrupt::Interrupt;
 use super::keep::{KEPT, Keep, KeepArgs};
-use super::limits::{Limits, Passes, bytes, duration, passes, positive};
+use super::limits::{Limits, Passes, bytes, duration, memory_below, passes, positive};
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
 use super::preview_args::PreviewArgs;
@@ -10,7 +10,6 @@ use super::settings_args::SettingsArgs;
 use super::writer::{Writer, patiently, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, Preview, StateFile};
-use crate::machine;
 use crate::mattes::Mattes;
 use crate::plan::Settings;
 use crate::render::{Pace, Render, key};
@@ -115,7 +114,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     let settings = args.settings.film(settings, &mut scene);
     files.check_size((settings.width, settings.height))?;
     scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
-    let memory = machine::memory_below(args.memory);
+    let memory = memory_below(args.memory);
     let settings = Settings { atlas: args.atlas, memory, ..settings };
     let preview = args.preview.over(Preview::usual(&scene));
     let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
