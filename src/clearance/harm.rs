@@ -1,7 +1,7 @@
 //! Whether one triangle makes a disk another than it seems.
 
 use crate::rims::{PLANE_SHARE, SAME_SIDE_COSINE, Tangent};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// How far the disk's own sheet may leave its plane, as a share of the radius: at a bend of 36° photons miss then a hundredth of what
 /// they should find.
@@ -62,8 +62,8 @@ impl Other {
         }
     }
 
-    /// The way (in the disk's plane, m) to what of it makes the disk within the ball another than it seems. None: nothing does.
-    pub fn harms(&self, ball: &Ball) -> Option<Vec2> {
+    /// The nearest (m, in the disk's frame) of what of it makes the disk within the ball another than it seems. None: nothing does.
+    pub fn harms(&self, ball: &Ball) -> Option<Vec3> {
         if self.own && self.cos.abs() <= SAME_SIDE_COSINE {
             // Where a sheet bends so far it ends for the disk, without a rim that would say so.
             return self.nearest(ball, f32::NEG_INFINITY);
@@ -71,9 +71,13 @@ impl Other {
         if self.own && self.cos > 0.0 {
             return if self.keeps_to_plane(ball) { None } else { self.nearest(ball, f32::NEG_INFINITY) };
         }
-        let counts = if self.two_sided { self.cos.abs() } else { self.cos } > SAME_SIDE_COSINE;
-        let from = if counts { -ball.slab } else { ball.level };
+        let from = if self.counts() { -ball.slab } else { ball.level };
         self.nearest(ball, from)
+    }
+
+    /// Photons on it count on the disk, if they lie near its plane.
+    pub fn counts(&self) -> bool {
+        (if self.two_sided { self.cos.abs() } else { self.cos }) > SAME_SIDE_COSINE
     }
 
     /// It goes on as the disk's plane does.
@@ -92,7 +96,7 @@ impl Other {
     }
 
     /// The way to the nearest of what lies above this height, if that is within the ball.
-    fn nearest(&self, ball: &Ball, height: f32) -> Option<Vec2> {
+    fn nearest(&self, ball: &Ball, height: f32) -> Option<Vec3> {
         let part = if self.corners.iter().all(|corner| corner.z >= height) {
             nearest(&self.corners)
         } else {
@@ -107,7 +111,7 @@ impl Other {
                 _ => return None,
             }
         };
-        (part.length_squared() < ball.radius * ball.radius).then(|| part.truncate())
+        (part.length_squared() < ball.radius * ball.radius).then_some(part)
     }
 }
 

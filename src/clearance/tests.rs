@@ -103,6 +103,15 @@ fn pieces_that_abut_are_one() {
     assert_eq!(below(builder, [0.01, 1.0, 0.1], 0.2), Reach::Simple(1.0));
 }
 
+#[test]
+fn another_room_behind_a_wall_is_not_read() {
+    let mut builder = builder();
+    quad(&mut builder, Vec3::new(-1.0, 0.0, -1.0), 2.0 * Vec3::Z, Vec3::X, ONE_SIDED);
+    quad(&mut builder, Vec3::new(0.02, 0.0, -1.0), 2.0 * Vec3::Z, Vec3::X, ONE_SIDED);
+    quad(&mut builder, Vec3::new(0.02, 0.0, -1.0), Vec3::Y, 2.0 * Vec3::Z, ONE_SIDED);
+    assert_eq!(below(builder, [0.08, 0.5, 0.0], 0.1), Reach::Simple(0.7));
+}
+
 /// A ball whose top is at y = 1.
 fn ball(radius: f32, around: u32, down: u32) -> SceneBuilder {
     let mut builder = builder();

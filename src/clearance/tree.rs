@@ -4,7 +4,7 @@
 use super::harm::{Ball, Other};
 use crate::rims::{Rims, SAME_SIDE_COSINE, Tangent};
 use crate::scene::Scene;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -142,7 +142,7 @@ impl Tree {
     ) -> Option<usize> {
         let Some(tree) = &self.tree else { return Some(0) };
         let (mut first, mut stack) = (0, [0_u32; 128]);
-        let mut height = 1;
+        let (mut height, mut parted) = (1, [f32::INFINITY; 2]);
         while height > 0 {
             height -= 1;
             let index = stack[height] as usize;
@@ -167,15 +167,24 @@ impl Tree {
                 let corners = scene.mesh.corners(triangle);
                 let (normal, sheet) = (scene.mesh.normal(triangle), sheets[triangle as usize]);
                 let other = Other::new(disk, &corners, normal, sheet, is_two_sided(scene, triangle));
-                let harms = |ball: &Ball| {
-                    let way: Option<Vec2> = other.harms(ball);
-                    way.is_some_and(|way| !beyond(way.extend(0.0), &corners, 1e-3 * ball.radius))
-                };
-                while harms(&balls[first]) {
+                while let Some(nearest) = other.harms(&balls[first]) {
+                    if beyond(nearest.with_z(0.0), &corners, 1e-3 * balls[first].radius) {
+                        let parted = &mut parted[usize::from(other.counts())];
+                        *parted = parted.min(nearest.length());
+                        break;
+                    }
                     first += 1;
                     if first == balls.len() {
                         return None;
                     }
+                }
+            }
+            // What an edge parts is not in the way: not the wall that stands there, nor the floor that goes on there. But where both
+            // do, there is another room behind the wall.
+            while parted[0].max(parted[1]) < balls[first].radius {
+                first += 1;
+                if first == balls.len() {
+                    return None;
                 }
             }
         }
