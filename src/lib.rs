@@ -64,7 +64,7 @@
 //! Imports run one way, each module using those before it (a test of the repository holds them to it):
 //!
 //! ```text
-//! error, machine, stop, pictures, light, sampling, optics, scene, rays, rims, photon, emission, existence, connect,
+//! error, machine, stop, pictures, light, sampling, optics, scene, rays, rims, clearance, photon, emission, existence, connect,
 //! plan, shoot, photon_map, gather, path_trace, film, measure, mattes, pass, pilot, memory, atlas, render,
 //! compare, report, stability, cli
 //! ```
@@ -101,6 +101,8 @@ mod pass;
 mod pictures;
 
 // What is below is no part of the interface and free to change; tests and benches of this repository look at it.
+#[doc(hidden)]
+pub mod clearance;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -124,7 +126,6 @@ pub mod photon_map;
 pub mod pilot;
 #[doc(hidden)]
 pub mod rays;
-#[doc(hidden)]
 pub mod rims;
 #[doc(hidden)]
 pub mod sampling;

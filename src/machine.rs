@@ -26,6 +26,12 @@ pub fn memory() -> Option<MemoryLimit> {
     known.min_by_key(|limit| limit.bytes)
 }
 
+/// The same, but no more than `most` bytes, where those are given.
+pub fn memory_below(most: Option<u64>) -> Option<MemoryLimit> {
+    let asked = most.map(|bytes| MemoryLimit { bytes, of: "--memory allows" });
+    memory().into_iter().chain(asked).min_by_key(|limit| limit.bytes)
+}
+
 /// A line of /proc/meminfo or /proc/self/status in bytes.
 fn kilobytes(text: &str, name: &str) -> Option<u64> {
     let rest = text.lines().find_map(|line| line.strip_prefix(name))?;

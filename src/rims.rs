@@ -7,9 +7,10 @@
 //! coplanar pieces that merely abut cancel.
 
 mod edges;
+mod tangent;
 
 use crate::scene::Scene;
-use edges::{Edges, weld};
+use edges::{Edges, Joined, weld};
 use glam::{Vec2, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -19,6 +20,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::time::Duration;
+pub use tangent::Tangent;
 
 /// A photon counts on its own side of a surface only: where its normal is within about 60° of that of the point.
 /// Any cosine in (0, 1) gives the same limit as the radius shrinks; this one keeps curved surfaces whole and tells the
@@ -41,6 +43,8 @@ struct Rim {
     two_sided: bool,
     /// How many equal rims this stands for.
     count: f32,
+    /// Of which connected surface.
+    sheet: u32,
 }
 
 /// The rims of a scene, indexed.
@@ -51,17 +55,27 @@ pub struct Rims {
     /// leaves on one stem.
     starts: Vec<u32>,
     tree: Option<Bvh2>,
+    sheets: Vec<u32>,
 }
 
 impl Rims {
+    /// The sheet of triangles that take no photons.
+    pub const NO_SHEET: u32 = u32::MAX;
+
     /// No rims: every disk is whole.
     pub fn none() -> Self {
-        Self { rims: Vec::new(), starts: vec![0], tree: None }
+        Self { rims: Vec::new(), starts: vec![0], tree: None, sheets: Vec::new() }
+    }
+
+    /// By triangle: which connected surface it belongs to, one that nowhere bends more than a rim does. Each may be taken once.
+    pub fn take_sheets(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.sheets)
     }
 
     /// The rims of all surfaces whose material (by index) takes photons.
     pub fn of(scene: &Scene, takes_photons: &[bool]) -> Self {
-        let mut rims = merge_equal(find(scene, takes_photons));
+        let (rims, sheets) = find(scene, takes_photons);
+        let mut rims = merge_equal(rims);
         let corners = |rim: &Rim| [rim.a.min(rim.b), rim.a.max(rim.b)];
         let key = |rim: &Rim| corners(rim).map(|corner| (corner + Vec3::ZERO).to_array().map(f32::to_bits));
         rims.sort_by_cached_key(key);
@@ -73,7 +87,7 @@ impl Rims {
         }
         let tree = (!boxes.is_empty())
             .then(|| build_bvh2(&boxes, BvhBuildParams::fast_build(), &mut Duration::default()));
-        Self { rims, starts, tree }
+        Self { rims, starts, tree, sheets }
     }
 
     /// How many rims.
@@ -113,6 +127,38 @@ impl Rims {
             }
             true
         });
+    }
+
+    /// True where one of the rims `near` parts a triangle from the disk: the `way` (m, in the disk's frame) to it crosses an edge of the
+    /// disk's own sheet, and all of it lies beyond that edge, but for a `tolerance` (m).
+    pub fn parts(
+        &self,
+        near: &[u32],
+        disk: &Tangent,
+        way: Vec3,
+        corners: &[Vec3; 3],
+        tolerance: f32,
+    ) -> bool {
+        let way = way.truncate();
+        near.iter().map(|rim| &self.rims[*rim as usize]).any(|rim| {
+            let cos = rim.normal.dot(disk.normal);
+            if rim.sheet != disk.sheet || cos.abs() <= SAME_SIDE_COSINE {
+                return false;
+            }
+            let [a, b] = [rim.a, rim.b].map(|end| disk.flat(end).truncate());
+            let along = (b - a).normalize_or_zero();
+            // The surface lies on the left, seen from the tip of its normal.
+            let outward = -cos.signum() * along.perp();
+            let beyond = |p: Vec2| (p - a).dot(outward) >= -tolerance;
+            let crossed = || {
+                let (to_way, to_middle) = ((way - a).dot(outward), -a.dot(outward));
+                // Where the straight way from the middle meets the line of the edge.
+                let share = if to_way == to_middle { 1.0 } else { to_middle / (to_middle - to_way) };
+                let place = (way * share.clamp(0.0, 1.0) - a).dot(along);
+                (-tolerance..=(b - a).length() + tolerance).contains(&place)
+            };
+            beyond(way) && corners.iter().all(|corner| beyond(disk.flat(*corner).truncate())) && crossed()
+        })
     }
 
     /// The areas (m²) of the surface within each of the radii of `position`, seen from the side of `normal`; `near` are the rims
@@ -190,8 +236,9 @@ fn within_slab(a: Vec3, b: Vec3, half: f32) -> Option<[Vec2; 2]> {
     (low < high).then(|| [low, high].map(|share| (a + share * (b - a)).truncate()))
 }
 
-/// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`], in the order of triangles.
-fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
+/// Edges without a neighbour that goes on within [`SAME_SIDE_COSINE`], in the order of triangles; and which triangles neighbours join,
+/// by triangle.
+fn find(scene: &Scene, takes_photons: &[bool]) -> (Vec<Rim>, Vec<u32>) {
     let mesh = &scene.mesh;
     let material = |t: u32| scene.surface_of(t).material as usize;
     let takes: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|t| takes_photons[material(*t)]).collect();
@@ -202,20 +249,37 @@ fn find(scene: &Scene, takes_photons: &[bool]) -> Vec<Rim> {
         [(a, b), (b, c), (c, a)]
     };
     let edges = Edges::of(mesh.positions.len(), takes.iter().map(sides));
-    let ends = |normal: Vec3, (from, to): (u32, u32)| {
-        !edges.between(to, from).any(|other| normals[other as usize].dot(normal) > SAME_SIDE_COSINE)
+    let (edges, bend) = (&edges, &normals);
+    let beside = |normal: Vec3, (from, to): (u32, u32)| {
+        edges.between(to, from).filter(move |other| bend[*other as usize].dot(normal) > SAME_SIDE_COSINE)
     };
+    // What is there twice is not one surface.
+    let single =
+        |(from, to): (u32, u32)| edges.between(from, to).count() == 1 && edges.between(to, from).count() == 1;
+    let mut joined = Joined::new(takes.len());
+    for (t, normal) in (0..).zip(&normals) {
+        for side in sides(&takes[t as usize]).into_iter().filter(|side| single(*side)) {
+            beside(*normal, side).for_each(|other| joined.join(t, other));
+        }
+    }
+    let sheet_of = joined.names();
+    let mut sheets = vec![Rims::NO_SHEET; mesh.triangles.len()];
+    for (t, sheet) in takes.iter().zip(&sheet_of) {
+        sheets[*t as usize] = *sheet;
+    }
     let rims_of = |(t, &normal): (&u32, &Vec3)| {
         let places = mesh.corners(*t);
         let terms = &scene.material_of(*t).bsdf.terms;
+        let sheet = sheets[*t as usize];
         let rim = |k: usize| {
             let two_sided = terms.iter().any(|term| term.lobe.is_two_sided());
-            Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0 }
+            Rim { a: places[k], b: places[(k + 1) % 3], normal, two_sided, count: 1.0, sheet }
         };
         let sides = sides(t);
-        (0..3).filter(|k| ends(normal, sides[*k])).map(rim).collect::<Vec<_>>()
+        (0..3).filter(|k| beside(normal, sides[*k]).next().is_none()).map(rim).collect::<Vec<_>>()
     };
-    takes.par_iter().zip(&normals).flat_map_iter(rims_of).collect()
+    let rims = takes.par_iter().zip(&normals).flat_map_iter(rims_of).collect();
+    (rims, sheets)
 }
 
 /// Equal rims become one that counts for all: piles of equal boxes would take the tree's builder quadratic time.

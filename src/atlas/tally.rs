@@ -1,13 +1,14 @@
 //! The tally of the atlas: it puts each contribution in its place among the powers of s and t.
 
 use super::places::{ABREAST, ByPlace, Packed, Places};
+use crate::clearance::Reach;
 use crate::connect::Connection;
-use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally, reflected};
+use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally, is_read, reflected};
 use crate::light::{Light, Matrix, Power, Row};
 use crate::optics::{Diffuse, Term};
-use crate::photon::Orders;
+use crate::photon::{Orders, PathClass};
 use crate::photon_map::Found;
-use crate::plan::{Direct, Frame, Plan};
+use crate::plan::{Frame, Plan};
 use crate::rays::{Hit, Segment};
 use crate::sampling::Rng;
 use crate::scene::Material;
@@ -69,7 +70,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
             let place = places.of(orders, crossed);
             let seen = row * light;
             kept.add(column, place, seen);
-            parts.direct += places.weight(place) * seen;
+            *parts.of(here.class(PathClass::Direct)) += places.weight(place) * seen;
         };
         let connections = &plan.connections;
         connections.to_all(&plan.scene, point, &mut visit);
@@ -93,10 +94,10 @@ impl<'a, P: Power> ByOrder<'a, P> {
         let factor = diffuse.towards(&point.normals, wo) * row.invisible;
         let (kept, found) = (&mut self.kept[self.column / ABREAST], &mut self.found);
         let column = self.column % ABREAST;
-        let around = maps.around(&mut self.nearby[self.pass], point, footprint);
-        let disks = maps.disks(around, point, normal, footprint);
+        let around = maps.around(&mut self.nearby[self.pass], point, normal, footprint);
+        let disks = maps.disks(around, point, normal, (footprint, here.reach));
         for ((tier, photons), near) in maps.tiers().iter().zip(packed).zip(&around.photons) {
-            if near.is_empty() {
+            if near.is_empty() || !is_read(tier.class, here.reach) {
                 continue;
             }
             let disk = tier.disk(&disks);
@@ -120,7 +121,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
                 let weight = places.weight(places.of(orders, Orders::default()));
                 (value, weight * flux.inner.light().invisible)
             };
-            *pixel.parts[0].of(tier.class) += value;
+            *pixel.parts[0].of(here.class(tier.class)) += value;
             pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
         }
     }
@@ -143,11 +144,25 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
         !self.places.leaves_out(orders)
     }
 
-    fn emitted(&mut self, [row]: &[Row; 1], orders: Orders, radiance: Light, pixel: &mut Pixel<1>) {
+    fn emitted(
+        &mut self,
+        [row]: &[Row; 1],
+        orders: Orders,
+        radiance: Light,
+        scattered: bool,
+        pixel: &mut Pixel<1>,
+    ) {
         let place = self.places.of(orders, Orders::default());
         let seen = *row * radiance;
         self.kept[self.column / ABREAST].add(self.column % ABREAST, place, seen);
-        pixel.parts[0].emitted += self.places.weight(place) * seen;
+        let parts = &mut pixel.parts[0];
+        *(if scattered { &mut parts.indirect } else { &mut parts.emitted }) +=
+            self.places.weight(place) * seen;
+    }
+
+    fn reach(&mut self, here: &Here<'_, 1>) -> Reach {
+        let (maps, nearby) = (&self.maps[self.pass], &mut self.nearby[self.pass]);
+        maps.reach(nearby, here.point, here.normal(), here.footprint, here.is_scattered())
     }
 
     fn read(
@@ -158,7 +173,7 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
         pixel: &mut Pixel<1>,
         rng: &mut Rng,
     ) {
-        if self.frame.direct == Direct::Connection || term.lobe.is_glossy() {
+        if here.connects(term, self.frame.direct) {
             self.connect(here, term, (row, orders), &mut pixel.parts[0], rng);
         }
         if let Some(diffuse) = term.lobe.as_diffuse() {

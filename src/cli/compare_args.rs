@@ -1,7 +1,7 @@
 //! What `halflight compare` is told.
 
+use super::limits::duration;
 use super::output::Overwrite;
-use super::render::duration;
 use super::scene_args::{AroundArgs, SceneArgs};
 use super::settings_args::{DEFAULT_SAMPLES, size, whole};
 use crate::plan::Settings;

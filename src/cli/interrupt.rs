@@ -14,12 +14,14 @@ pub struct Interrupt {
     begun: Arc<AtomicBool>,
     /// The exit code it leads to; zero as long as nobody wished anything.
     code: Arc<AtomicU8>,
+    /// The exit code of every wish to end, where a state is kept; else zero.
+    kept: u8,
 }
 
 impl Interrupt {
-    /// From now on signals are heard; a hang-up that is ignored stays so.
-    pub fn listen() -> Self {
-        let interrupt = Self::default();
+    /// From now on signals are heard; a hang-up that is ignored stays so. The exit code is that of the signal, unless `kept` says another.
+    pub fn listen(kept: Option<u8>) -> Self {
+        let interrupt = Self { kept: kept.unwrap_or(0), ..Self::default() };
         interrupt.hear();
         interrupt
     }
@@ -40,7 +42,7 @@ impl Interrupt {
     }
 
     fn heard(&self, signal: u8) {
-        let code = 128 + signal;
+        let code = if self.kept > 0 { self.kept } else { 128 + signal };
         if !self.begun.load(Ordering::Relaxed) {
             say("interrupted before the first pass was complete: nothing was written");
             std::process::exit(code.into());

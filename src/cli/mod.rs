@@ -12,6 +12,9 @@ mod diff_text;
 pub mod escape;
 mod info;
 mod interrupt;
+mod keep;
+mod limits;
+mod merge;
 mod mix;
 mod out;
 mod output;
@@ -42,7 +45,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene to an EXR file and a PNG preview.
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
+    /// Add up the stored states of shards of one render.
+    Merge(merge::MergeArgs),
     /// Say what a scene needs, what is left out and why.
     Plan(plan::PlanArgs),
     /// Say what is in a scene, as it was read: geometry, camera, materials and their matrices, lights and their power.
@@ -62,7 +67,7 @@ enum Command {
 /// Parses the command line, runs one command, prints what went wrong as one line.
 ///
 /// Exit codes: 0 done, 1 a limit of `diff` exceeded or a promise of `check` not kept, 2 what the user gave is wrong or what
-/// was to be printed could not be, 3 no image exists, 128 + n ended by signal n (130 Ctrl-C, 143 SIGTERM), with the
+/// was to be printed could not be, 3 no image exists, 85 ended before it was complete, with its state kept, 128 + n ended by signal n (130 Ctrl-C, 143 SIGTERM), with the
 /// picture so far written.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
@@ -104,7 +109,8 @@ fn hint(error: &clap::Error) -> Option<String> {
 
 fn run(command: Command) -> Result<ExitCode> {
     match command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Mix(args) => mix::run(&args),

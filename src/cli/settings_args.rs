@@ -134,7 +134,11 @@ impl SettingsArgs {
         let (width, height) = self.size.unwrap_or_else(|| film_size(aspect));
         let framed = scene.notes.iter().any(|note| note == NO_CAMERA);
         scene.notes.extend(aspect.filter(|_| !framed).and_then(|aspect| beside(aspect, width, height)));
-        let usual = Settings::for_film(width, height);
+        let of_film = Settings::for_film(width, height);
+        let usual = match self.photons {
+            Some(paths) => of_film.with_paths(paths),
+            None => of_film,
+        };
         let indirect_radius = self.indirect_radius.unwrap_or(usual.indirect_radius);
         Settings { width, height, indirect_radius, ..settings }
     }

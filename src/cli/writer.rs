@@ -3,8 +3,9 @@
 use super::out::say;
 use super::output::PictureFiles;
 use super::preview_args::Settled;
+use crate::atlas::AtlasRun;
 use crate::error::{Error, Result};
-use crate::film::{Compression, Layer, Preview, WrittenLayer, judge};
+use crate::film::{Compression, Film, Header, Layer, Preview, WrittenLayer, judge};
 use crate::mattes::Mattes;
 use crate::render::Render;
 use std::path::PathBuf;
@@ -27,6 +28,22 @@ pub struct Writer {
 /// A minute in all, in which somebody, or the end of another program, may make room.
 fn wait_before(attempt: usize) -> Option<Duration> {
     [1, 2, 4, 8, 15, 30].get(attempt).map(|seconds| Duration::from_secs(*seconds))
+}
+
+/// Writes; where that fails waits for a minute in all, but not for a device.
+///
+/// # Errors
+/// Those of the last time.
+pub fn patiently(device: bool, write: impl Fn() -> Result<()>) -> Result<()> {
+    for attempt in 0.. {
+        let Err(e) = write() else { break };
+        let Some(wait) = wait_before(attempt).filter(|_| !device) else { return Err(e) };
+        // Also when quiet: whoever waits must know for what.
+        let line = format!("{e}; trying again in {} s", wait.as_secs());
+        say(format_args!("halflight: {line}"));
+        std::thread::sleep(wait);
+    }
+    Ok(())
 }
 
 impl Writer {
@@ -60,16 +77,8 @@ impl Writer {
     /// # Errors
     /// The picture is lost, or shows nothing because no pixel that is lit is a finite number.
     pub fn at_the_end(&mut self, render: &Render) -> Result<String> {
-        for attempt in 0.. {
-            let Err(e) = self.write(render) else { break };
-            let Some(wait) = wait_before(attempt).filter(|_| !self.files.device) else {
-                return Err(self.lost(e, render.film().passes()));
-            };
-            // Also when quiet: whoever waits must know for what.
-            let line = format!("{e}; trying again in {} s", wait.as_secs());
-            say(format_args!("halflight: {line}"));
-            std::thread::sleep(wait);
-        }
+        patiently(self.files.device, || self.write(render))
+            .map_err(|e| self.lost(e, render.film().passes()))?;
         self.look_at(render)?;
         Ok(self.files.describe())
     }
@@ -89,25 +98,8 @@ impl Writer {
     }
 
     fn write(&self, render: &Render) -> Result<()> {
-        let film = render.film();
-        let size = (film.width(), film.height());
-        let plane = film.mean(Layer::Visible);
-        let mut header = render.header();
-        let shown = self.files.displays().then(|| Settled::of(self.preview, &plane));
-        shown.iter().for_each(|shown| shown.tell(&mut header));
-        if self.files.exr.is_some() {
-            let mut image = film.image(&header);
-            let atlas = render.atlas_run().map(|atlas| atlas.layers(&mut image.header));
-            self.mattes.iter().for_each(|mattes| mattes.describe_in(&mut image.header));
-            // An atlas is a hundred noisy pictures: compressing them takes longer than writing what it saves. Of the lossless ones
-            // that compress noisy pictures at all PIZ is smallest and fastest.
-            let compression = if atlas.is_some() { Compression::Uncompressed } else { Compression::PIZ };
-            let mattes = self.mattes.iter().flat_map(Mattes::layers);
-            let layers: Vec<_> =
-                WrittenLayer::all_of(&image).chain(atlas.into_iter().flatten()).chain(mattes).collect();
-            self.files.put_layers(size, &image.header, &layers, compression)?;
-        }
-        self.files.show(size, &plane, shown.map_or(self.preview, |shown| shown.fixed()))
+        let besides = (render.atlas_run(), self.mattes.as_ref());
+        write_picture(&self.files, render.film(), render.header(), besides, self.preview)
     }
 
     fn path(&self) -> PathBuf {
@@ -137,6 +129,33 @@ impl Writer {
 
 fn counted(passes: u32) -> String {
     format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
+}
+
+/// Writes a picture with what is to be said of it.
+pub fn write_picture(
+    files: &PictureFiles,
+    film: &Film,
+    mut header: Header,
+    (atlas, mattes): (Option<&AtlasRun>, Option<&Mattes>),
+    preview: Preview,
+) -> Result<()> {
+    let size = (film.width(), film.height());
+    let plane = film.mean(Layer::Visible);
+    let shown = files.displays().then(|| Settled::of(preview, &plane));
+    shown.iter().for_each(|shown| shown.tell(&mut header));
+    if files.exr.is_some() {
+        let mut image = film.image(&header);
+        let atlas = atlas.map(|atlas| atlas.layers(&mut image.header));
+        mattes.iter().for_each(|mattes| mattes.describe_in(&mut image.header));
+        // An atlas is a hundred noisy pictures: compressing them takes longer than writing what it saves. Of the lossless ones
+        // that compress noisy pictures at all PIZ is smallest and fastest.
+        let compression = if atlas.is_some() { Compression::Uncompressed } else { Compression::PIZ };
+        let mattes = mattes.iter().flat_map(|mattes| mattes.layers());
+        let layers: Vec<_> =
+            WrittenLayer::all_of(&image).chain(atlas.into_iter().flatten()).chain(mattes).collect();
+        files.put_layers(size, &image.header, &layers, compression)?;
+    }
+    files.show(size, &plane, shown.map_or(preview, |shown| shown.fixed()))
 }
 
 #[cfg(test)]

@@ -1,18 +1,22 @@
 //! The film: sums over passes, their mean and standard error, layers; EXR and PNG.
 //!
-//! Passes are added in order and sums are f64, so a picture does not depend on the number of threads. Every file is written
+//! Sums are exact, so that a picture depends neither on the number of threads nor on how its passes came together. Every file is written
 //! beside its target and renamed over it: a killed render leaves the last good file.
 
+mod exact;
 pub mod header;
 mod identity;
 pub mod image;
 mod judge;
 pub mod layer;
 mod ours;
+mod passes;
 mod preview;
 mod read_exr;
 pub mod replace;
+pub mod state;
 pub mod sums;
+mod wide;
 mod write_exr;
 mod write_linear;
 mod write_png;
@@ -29,9 +33,11 @@ pub use image::Image;
 pub use judge::{Judgement, judge};
 pub use layer::Layer;
 pub use ours::is_ours;
+pub use passes::{PassSet, Run, Schedule};
 pub use preview::{Exposure, Preview, View};
 pub use read_exr::read_exr;
 pub use replace::{Place, check_writable, replace_file};
+pub use state::{Key, StateFile, StateHead, write_state};
 pub use sums::{Film, PassImage};
 pub use write_exr::{Line, WrittenLayer, exr_bytes, line_of, write_exr, write_image_exr, write_layers_exr};
 pub use write_linear::{write_hdr, write_pfm};

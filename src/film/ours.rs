@@ -35,6 +35,8 @@ fn signed(bytes: &[u8]) -> bool {
         bytes.split(|byte| *byte == b'\n').nth(2) == Some(PFM_SCALE.as_bytes())
     } else if bytes.starts_with(b"<!doctype html>") {
         holds(format!("<meta name=\"generator\" content=\"{SIGNATURE}\">").as_bytes())
+    } else if bytes.starts_with(super::state::MAGIC) {
+        true
     } else {
         bytes.starts_with(b"{") && holds(format!("\"program\": \"{SIGNATURE} ").as_bytes())
     }

@@ -1,8 +1,10 @@
 //! Sums over passes: mean and standard error of every pixel and of the whole picture.
 
+use crate::film::exact::{Pair, Row, spread};
 use crate::film::header::Header;
 use crate::film::image::Image;
 use crate::film::layer::Layer;
+use crate::film::passes::{PassSet, half};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -20,24 +22,70 @@ pub struct PassImage {
 
 /// The sums of all passes so far. Every pass counts alike; passes are independent and identically distributed
 /// but for a radius that shrinks, so their spread is the error bar.
+///
+/// Sums are exact: the same passes make the same film, however they come together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     width: u32,
     height: u32,
     layers: Vec<Layer>,
-    passes: u32,
+    passes: PassSet,
+    pub(super) sums: Sums,
+}
+
+/// By row of the picture, three numbers a pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sums {
     /// Per accumulated layer, `Visible` first.
-    sums: Vec<(Layer, Vec<DVec3>)>,
-    /// Sum of squared deviations from the running mean of `Visible` (Welford), so that nothing is lost to
-    /// cancellation when the spread is small beside the mean.
-    spread: Vec<DVec3>,
-    /// Sums of [`Layer::Bias`] over even and over odd passes: the product of two independent estimates is free of the
+    pub layers: Vec<(Layer, Vec<Row<i64>>)>,
+    /// Of `Visible`.
+    pub squares: Vec<Row<i128>>,
+    /// [`Layer::Bias`] over either [`half`] of the passes: the product of two independent estimates is free of the
     /// noise that their square would add up.
-    bias: [Vec<DVec3>; 2],
-    /// The same two for the average colour of each pass. Pixels of one pass share photons, so this spread cannot
+    pub bias: [Vec<Row<i64>>; 2],
+    /// The average colour of each pass, and its square. Pixels of one pass share photons, so this spread cannot
     /// be had from that of the pixels.
-    colour_sum: DVec3,
-    colour_spread: DVec3,
+    pub colour: [Row<i128>; 2],
+}
+
+impl Sums {
+    fn new(width: u32, height: u32, layers: impl Iterator<Item = Layer>) -> Self {
+        let row = 3 * width as usize;
+        let plane = || (0..height).map(|_| Row::new(row)).collect::<Vec<_>>();
+        Self {
+            layers: layers.map(|layer| (layer, plane())).collect(),
+            squares: (0..height).map(|_| Row::new(row)).collect(),
+            bias: [plane(), plane()],
+            colour: [Row::new(3), Row::new(3)],
+        }
+    }
+
+    /// Adds all of another film of the same size and layers.
+    fn add(&mut self, other: &Self) {
+        for ((_, to), (_, from)) in self.layers.iter_mut().zip(&other.layers) {
+            add_rows(to, from);
+        }
+        add_rows(&mut self.squares, &other.squares);
+        self.bias.iter_mut().zip(&other.bias).for_each(|(to, from)| add_rows(to, from));
+        self.colour.iter_mut().zip(&other.colour).for_each(|(to, from)| to.add_row(from));
+    }
+
+    /// Sums and sums of squares of `Visible`, row by row.
+    fn visible(&self) -> impl IndexedParallelIterator<Item = (&Row<i64>, &Row<i128>)> {
+        self.layers[0].1.par_iter().zip(&self.squares)
+    }
+}
+
+fn add_rows<W: crate::film::exact::Whole>(to: &mut [Row<W>], from: &[Row<W>]) {
+    to.par_iter_mut().zip(from).for_each(|(to, from)| to.add_row(from));
+}
+
+fn add_plane(rows: &mut [Row<i64>], plane: &[Vec3], width: usize) {
+    rows.par_iter_mut().zip(plane.par_chunks(width)).for_each(|(row, plane)| {
+        for (i, x) in plane.iter().flat_map(Vec3::to_array).enumerate() {
+            row.add_f32(i, x);
+        }
+    });
 }
 
 impl Film {
@@ -50,26 +98,17 @@ impl Film {
                 all.push(layer);
             }
         }
-        let pixels = width as usize * height as usize;
-        let accumulated = all.iter().filter(|&&layer| !matches!(layer, Layer::Error | Layer::Bias));
-        Self {
-            width,
-            height,
-            passes: 0,
-            sums: accumulated.map(|&layer| (layer, vec![DVec3::ZERO; pixels])).collect(),
-            spread: vec![DVec3::ZERO; pixels],
-            bias: [vec![DVec3::ZERO; pixels], vec![DVec3::ZERO; pixels]],
-            colour_sum: DVec3::ZERO,
-            colour_spread: DVec3::ZERO,
-            layers: all,
-        }
+        let accumulated = all.iter().copied().filter(|layer| !matches!(layer, Layer::Error | Layer::Bias));
+        let sums = Sums::new(width, height, accumulated);
+        Self { width, height, layers: all, passes: PassSet::default(), sums }
     }
 
-    /// What a film takes in memory: sums of each accumulated layer, the spread, two sums of the bias.
+    /// What a film takes in memory: sums of each accumulated layer, squares, two sums of the bias.
     pub fn bytes(width: u32, height: u32, layers: &[Layer]) -> usize {
         let summed = |layer: &&Layer| !matches!(layer, Layer::Visible | Layer::Error | Layer::Bias);
-        let planes = 1 + layers.iter().filter(summed).count() + 1 + 2;
-        planes * width as usize * height as usize * size_of::<DVec3>()
+        let planes = 1 + layers.iter().filter(summed).count() + 2;
+        let number = planes * Row::<i64>::BYTES + Row::<i128>::BYTES;
+        3 * number * width as usize * height as usize
     }
 
     /// Pixels per row.
@@ -89,47 +128,53 @@ impl Film {
 
     /// The layers a [`PassImage`] must bring: all but `Error`, and `Bias`, which it may bring.
     pub fn accumulated(&self) -> impl Iterator<Item = Layer> + '_ {
-        self.sums.iter().map(|(layer, _)| *layer)
+        self.sums.layers.iter().map(|(layer, _)| *layer)
     }
 
     /// The number of passes added.
     pub fn passes(&self) -> u32 {
-        self.passes
+        self.passes.len()
     }
 
-    /// Adds one pass. Planes of layers the film does not have are passed over.
+    /// Which passes were added.
+    pub fn pass_set(&self) -> &PassSet {
+        &self.passes
+    }
+
+    /// Adds the pass after the last one.
     ///
     /// # Panics
-    /// When the size differs or an accumulated layer is missing: that is a bug of the caller.
-    pub fn add(&mut self, pass: &PassImage) {
-        assert_eq!((pass.width, pass.height), (self.width, self.height), "a pass of another size");
-        let row = self.width.max(1) as usize;
-        let before = f64::from(self.passes);
-        for (layer, sums) in &mut self.sums {
-            let plane = pass.planes.iter().find(|(l, _)| l == layer).map(|(_, plane)| plane);
-            let plane = plane.unwrap_or_else(|| panic!("a pass without its {layer} layer"));
-            assert_eq!(plane.len(), sums.len(), "a {layer} plane of another size");
+    /// As [`add_pass`](Self::add_pass) does.
+    pub fn add(&mut self, image: &PassImage) {
+        self.add_pass(self.passes.end(), image);
+    }
+
+    /// Adds a pass by its number. Planes of layers the film does not have are passed over.
+    ///
+    /// # Panics
+    /// When it was added before, the size differs or an accumulated layer is missing: that is a bug of the caller.
+    pub fn add_pass(&mut self, pass: u32, image: &PassImage) {
+        assert_eq!((image.width, image.height), (self.width, self.height), "a pass of another size");
+        assert!(self.passes.insert(pass), "pass {pass} was added before");
+        let (pixels, width) = (self.width as usize * self.height as usize, self.width.max(1) as usize);
+        let plane_of = |wanted: Layer| image.planes.iter().find(|(layer, _)| *layer == wanted);
+        for (layer, rows) in &mut self.sums.layers {
+            let (_, plane) = plane_of(*layer).unwrap_or_else(|| panic!("a pass without its {layer} layer"));
+            assert_eq!(plane.len(), pixels, "a {layer} plane of another size");
+            add_plane(rows, plane, width);
             if *layer == Layer::Visible {
-                let rows = sums.par_chunks_mut(row).zip(self.spread.par_chunks_mut(row));
-                let totals: Vec<DVec3> = rows
-                    .zip(plane.par_chunks(row))
-                    .map(|((sums, spread), plane)| add_visible(sums, spread, plane, before))
-                    .collect();
-                let colour = totals.iter().sum::<DVec3>() / (plane.len().max(1) as f64);
-                add_one(&mut self.colour_sum, &mut self.colour_spread, colour, before);
-            } else {
-                sums.par_chunks_mut(row).zip(plane.par_chunks(row)).for_each(|(sums, plane)| {
-                    for (sum, value) in sums.iter_mut().zip(plane) {
-                        *sum += value.as_dvec3();
-                    }
-                });
+                let rows = self.sums.squares.par_iter_mut().zip(plane.par_chunks(width));
+                let totals: Vec<DVec3> = rows.map(|(row, plane)| add_squares(row, plane)).collect();
+                let colour = totals.iter().sum::<DVec3>() / (pixels.max(1) as f64);
+                for (channel, x) in colour.to_array().into_iter().enumerate() {
+                    self.sums.colour[0].add_average(channel, x, false);
+                    self.sums.colour[1].add_average(channel, x, true);
+                }
             }
         }
-        if let Some((_, plane)) = pass.planes.iter().find(|(layer, _)| *layer == Layer::Bias) {
-            let sums = &mut self.bias[self.passes as usize % 2];
-            sums.par_iter_mut().zip(plane).for_each(|(sum, value)| *sum += value.as_dvec3());
+        if let Some((_, plane)) = plane_of(Layer::Bias) {
+            add_plane(&mut self.sums.bias[half(pass)], plane, width);
         }
-        self.passes += 1;
     }
 
     /// The mean over passes of an accumulated layer (`Error`: [`Film::standard_error`]), row-major from top left;
@@ -141,111 +186,111 @@ impl Film {
         if layer == Layer::Error {
             return self.standard_error();
         }
+        let passes = f64::from(self.passes().max(1));
         if layer == Layer::Bias {
-            let passes = f64::from(self.passes.max(1));
-            let sums = self.bias[0].par_iter().zip(&self.bias[1]);
-            return sums.map(|(even, odd)| ((even + odd) / passes).as_vec3()).collect();
+            let [a, b] = &self.sums.bias;
+            let rows = a.par_iter().zip(b);
+            return pixels(rows.map(|(a, b)| a.value_of_both(b)), move |sum| sum / passes);
         }
-        let sums = self.sums.iter().find(|(l, _)| *l == layer).map(|(_, sums)| sums);
-        let sums = sums.unwrap_or_else(|| panic!("a film without its {layer} layer"));
-        let passes = f64::from(self.passes.max(1));
-        sums.par_iter().map(|sum| (sum / passes).as_vec3()).collect()
+        let rows = self.sums.layers.iter().find(|(l, _)| *l == layer).map(|(_, rows)| rows);
+        let rows = rows.unwrap_or_else(|| panic!("a film without its {layer} layer"));
+        pixels(rows.par_iter().map(|row| (0..row.len()).map(|i| row.value(i)).collect()), move |sum| {
+            sum / passes
+        })
     }
 
     /// The standard error of the mean of `Visible`, per pixel and channel, in its unit. Below two passes nothing
     /// is known of it, which reads `f32::INFINITY`.
     pub fn standard_error(&self) -> Vec<Vec3> {
-        if self.passes < 2 {
-            return vec![Vec3::INFINITY; self.spread.len()];
+        if self.passes() < 2 {
+            return vec![Vec3::INFINITY; self.width as usize * self.height as usize];
         }
-        let scale = self.variance_scale();
-        self.spread.par_iter().map(|spread| dvec3_sqrt(spread * scale).as_vec3()).collect()
+        let (scale, n) = (self.variance_scale(), f64::from(self.passes()));
+        let rows = self.sums.visible().map(|(sums, squares)| {
+            (0..sums.len()).map(|i| spread(sums.pair(i), squares.pair(i), n)).collect()
+        });
+        pixels(rows, move |spread| (spread * scale).sqrt())
     }
 
     /// The expected root of relMSE: √(mean over pixels and channels of se²/(mean² + 0.01²)). None below two passes.
     pub fn relative_error(&self) -> Option<f64> {
-        if self.passes < 2 {
+        if self.passes() < 2 {
             return None;
         }
-        let (scale, passes) = (self.variance_scale(), f64::from(self.passes));
-        let row = self.width.max(1) as usize;
-        let rows: Vec<f64> = self.sums[0]
-            .1
-            .par_chunks(row)
-            .zip(self.spread.par_chunks(row))
-            .map(|(sums, spread)| {
-                let pixels = sums.iter().zip(spread);
-                pixels
-                    .map(|(sum, spread)| {
-                        let mean = sum / passes;
-                        (spread * scale / (mean * mean + DVec3::splat(1e-4))).element_sum()
-                    })
-                    .sum()
-            })
-            .collect();
-        Some((rows.iter().sum::<f64>() / (3.0 * self.spread.len() as f64)).sqrt())
+        let (scale, n) = (self.variance_scale(), f64::from(self.passes()));
+        let rows = self.sums.visible().map(|(sums, squares)| {
+            let relative = |i| {
+                let sum: Pair = sums.pair(i);
+                let mean = sum.high / n;
+                spread(sum, squares.pair(i), n) * scale / (mean * mean + DARK)
+            };
+            (0..sums.len()).map(relative).sum::<f64>()
+        });
+        Some((self.mean_over_numbers(rows)).sqrt())
     }
 
     /// The estimated bias on the scale of [`relative_error`](Self::relative_error): the root of the mean over pixels and
-    /// channels of bias² / (mean² + 0.01²). Zero where noise hides it. None below two passes.
+    /// channels of bias² / (mean² + 0.01²). Zero where noise hides it. None as long as all passes are of one [`half`].
     pub fn relative_bias(&self) -> Option<f64> {
-        if self.passes < 2 {
+        let [a, b] = self.passes.halves().map(f64::from);
+        if a == 0.0 || b == 0.0 {
             return None;
         }
-        let passes = f64::from(self.passes);
-        let (even, odd) = (f64::from(self.passes.div_ceil(2)), f64::from(self.passes / 2));
-        let sum: f64 = self.sums[0]
-            .1
-            .iter()
-            .zip(self.bias[0].iter().zip(&self.bias[1]))
-            .map(|(sum, (a, b))| {
-                let mean = sum / passes;
-                ((*a / even) * (*b / odd) / (mean * mean + DVec3::splat(1e-4))).element_sum()
-            })
-            .sum();
-        Some((sum / (3.0 * self.spread.len() as f64)).max(0.0).sqrt())
+        let n = f64::from(self.passes());
+        let [first, second] = &self.sums.bias;
+        let rows =
+            self.sums.visible().zip(first.par_iter().zip(second)).map(|((sums, _), (first, second))| {
+                let relative = |i| {
+                    let mean = sums.value(i) / n;
+                    (first.value(i) / a) * (second.value(i) / b) / (mean * mean + DARK)
+                };
+                (0..sums.len()).map(relative).sum::<f64>()
+            });
+        Some(self.mean_over_numbers(rows).max(0.0).sqrt())
+    }
+
+    /// The average of what has these sums over rows.
+    fn mean_over_numbers(&self, rows: impl IndexedParallelIterator<Item = f64>) -> f64 {
+        let rows: Vec<f64> = rows.collect();
+        rows.iter().sum::<f64>() / (3.0 * f64::from(self.width) * f64::from(self.height))
     }
 
     /// The average colour of the picture, linear RGB.
     pub fn mean_colour(&self) -> DVec3 {
-        self.colour_sum / f64::from(self.passes.max(1))
+        let [sums, _] = &self.sums.colour;
+        DVec3::from_array([0, 1, 2].map(|i| sums.value(i))) / f64::from(self.passes().max(1))
     }
 
     /// The standard error of [`Film::mean_colour`], from the averages of the single passes and therefore right
     /// also where pixels share photons. None below two passes.
     pub fn mean_colour_error(&self) -> Option<DVec3> {
-        (self.passes >= 2).then(|| dvec3_sqrt(self.colour_spread * self.variance_scale()))
+        let ([sums, squares], n) = (&self.sums.colour, f64::from(self.passes()));
+        let error = |i| (spread(sums.pair(i), squares.pair(i), n) * self.variance_scale()).sqrt();
+        (n >= 2.0).then(|| DVec3::from_array([0, 1, 2].map(error)))
     }
 
-    /// Adds all passes of another film of the same size and layers, as if they had been added one by one.
+    /// Adds all passes of another film of the same size and layers: the same, bit for bit, as if they had been added one by one.
+    ///
+    /// # Errors
+    /// A pass that is in both; then nothing is added.
     ///
     /// # Panics
     /// When size or layers differ.
-    pub fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: &Self) -> Result<(), u32> {
         assert_eq!((self.width, self.height), (other.width, other.height), "a film of another size");
         assert_eq!(self.layers, other.layers, "a film of other layers");
-        if other.passes == 0 {
-            return;
-        }
-        let (a, b) = (f64::from(self.passes), f64::from(other.passes));
-        let visible = self.sums[0].1.par_iter().zip(&other.sums[0].1);
-        self.spread.par_iter_mut().zip(&other.spread).zip(visible).for_each(
-            |((to, from), (ours, theirs))| {
-                *to = merged_spread(*to, *from, *ours, *theirs, a, b);
-            },
-        );
-        self.colour_spread =
-            merged_spread(self.colour_spread, other.colour_spread, self.colour_sum, other.colour_sum, a, b);
-        self.colour_sum += other.colour_sum;
-        for ((_, to), (_, from)) in self.sums.iter_mut().zip(&other.sums) {
-            to.par_iter_mut().zip(from).for_each(|(to, from)| *to += *from);
-        }
-        // Which passes are called even does not matter, as long as the two halves are apart.
-        for (k, from) in other.bias.iter().enumerate() {
-            let to = &mut self.bias[(self.passes as usize + k) % 2];
-            to.par_iter_mut().zip(from).for_each(|(to, from)| *to += *from);
-        }
-        self.passes += other.passes;
+        self.passes.join(&other.passes)?;
+        self.sums.add(&other.sums);
+        Ok(())
+    }
+
+    /// The sums, to which all of `passes` are added by the caller.
+    ///
+    /// # Errors
+    /// A pass that is in the film already; then nothing is changed.
+    pub(super) fn joined(&mut self, passes: &PassSet) -> Result<&mut Sums, u32> {
+        self.passes.join(passes)?;
+        Ok(&mut self.sums)
     }
 
     /// The picture as a file holds it: the mean of every layer, and facts.
@@ -256,39 +301,28 @@ impl Film {
 
     /// What turns a sum of squared deviations into the variance of the mean.
     fn variance_scale(&self) -> f64 {
-        let n = f64::from(self.passes);
+        let n = f64::from(self.passes());
         1.0 / (n * (n - 1.0))
     }
 }
 
-/// Adds a row and returns its sum.
-fn add_visible(sums: &mut [DVec3], spread: &mut [DVec3], plane: &[Vec3], before: f64) -> DVec3 {
+/// What is added to the square of a mean, so that the error of a dark pixel counts little: 0.01².
+const DARK: f64 = 1e-4;
+
+/// Pixels of rows of numbers, after something was done to each.
+fn pixels(rows: impl ParallelIterator<Item = Vec<f64>>, each: impl Fn(f64) -> f64 + Sync) -> Vec<Vec3> {
+    let pixel = |x: &[f64]| Vec3::new(each(x[0]) as f32, each(x[1]) as f32, each(x[2]) as f32);
+    rows.flat_map_iter(|row| row.chunks_exact(3).map(pixel).collect::<Vec<_>>()).collect()
+}
+
+/// Adds the squares of a row and returns the sum of it.
+fn add_squares(row: &mut Row<i128>, plane: &[Vec3]) -> DVec3 {
     let mut total = DVec3::ZERO;
-    for ((sum, spread), value) in sums.iter_mut().zip(spread).zip(plane) {
-        add_one(sum, spread, value.as_dvec3(), before);
+    for (pixel, value) in plane.iter().enumerate() {
+        for (channel, x) in value.to_array().into_iter().enumerate() {
+            row.add_square_of_f32(3 * pixel + channel, x);
+        }
         total += value.as_dvec3();
     }
     total
-}
-
-/// One step of Welford's sum: `before` values are in already.
-fn add_one(sum: &mut DVec3, spread: &mut DVec3, value: DVec3, before: f64) {
-    if before > 0.0 {
-        let away = value - *sum / before;
-        *spread += away * away * (before / (before + 1.0));
-    }
-    *sum += value;
-}
-
-/// Chan, Golub & LeVeque 1979: the spread of two sets together, from their spreads, sums and counts (`b` > 0).
-fn merged_spread(spread_a: DVec3, spread_b: DVec3, sum_a: DVec3, sum_b: DVec3, a: f64, b: f64) -> DVec3 {
-    if a == 0.0 {
-        return spread_b;
-    }
-    let apart = sum_b / b - sum_a / a;
-    spread_a + spread_b + apart * apart * (a * b / (a + b))
-}
-
-fn dvec3_sqrt(v: DVec3) -> DVec3 {
-    DVec3::new(v.x.sqrt(), v.y.sqrt(), v.z.sqrt())
 }

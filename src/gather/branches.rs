@@ -1,11 +1,11 @@
 //! Where a camera ray goes on from delta lobes: not into one branch chosen at random but, while they matter, into all. And from
-//! glossy ones: into one direction of each.
+//! glossy ones: into one direction of each. From diffuse ones where photons cannot tell what arrives.
 //!
 //! A glass surface both reflects and refracts. A camera path that tosses a coin shows one of two different pictures in each
 //! pixel and pass; following both costs one more line and removes that noise.
 
 use crate::light::Row;
-use crate::optics::{Bsdf, Sample, Term, Transport};
+use crate::optics::{Bsdf, Lobe, Sample, Term, Transport};
 use crate::rays::Rays;
 use crate::sampling::Rng;
 use crate::scene::{Material, SurfacePoint};
@@ -32,6 +32,8 @@ pub(super) struct Surface<'a, const R: usize> {
     pub bsdf: &'a Bsdf,
     pub point: &'a SurfacePoint,
     pub wo: Vec3,
+    /// In how many directions diffuse lobes are followed: none where light is read from photons.
+    pub diffuse: u32,
 }
 
 /// A branch that is followed.
@@ -42,8 +44,10 @@ pub(super) struct Branch<const R: usize> {
     pub sample: Sample,
     /// Its share of the pixel; by roulette no less than [`CERTAIN_SHARE`] or that of the line it came from.
     pub share: f32,
-    /// Density in solid angle (sr⁻¹) with which a glossy lobe chose its direction. None for delta lobes.
+    /// Density in solid angle (sr⁻¹) with which a glossy lobe chose its direction. None for others.
     pub density: Option<f32>,
+    /// Which lobe it comes from.
+    pub lobe: Lobe,
 }
 
 /// Calls `follow` with the branches of a line at one of the surfaces it crosses.
@@ -59,9 +63,10 @@ pub(super) fn branches<const R: usize>(
     rng: &mut Rng,
     mut follow: impl FnMut(Branch<R>),
 ) {
-    let Surface { rows, material, bsdf, point, wo } = *surface;
+    let Surface { rows, material, bsdf, point, wo, diffuse } = *surface;
     let strength = |term: &Term| -> f32 {
-        if term.lobe.as_diffuse().is_some() || !term.lobe.responds(&point.normals, wo) {
+        let read = term.lobe.as_diffuse().is_some() && diffuse == 0;
+        if read || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
         }
         rows.iter().map(|row| (*row * term.coefficient * term.lobe.share(&point.normals, wo)).total()).sum()
@@ -80,6 +85,19 @@ pub(super) fn branches<const R: usize>(
         }
         let carried = || rows.iter().map(|row| row.colours()).sum();
         let (lobe, filter) = rays.lobe_for(term.lobe, material, point, carried, || rng.f32());
+        if lobe.as_diffuse().is_some() {
+            let part = parent.share * (strength / whole) / diffuse as f32;
+            for _ in 0..diffuse {
+                let Some(survival) = survives(part / faintest, rng) else { continue };
+                let Some(sample) = lobe.sample(&point.normals, wo, Transport::Gathering, rng.f32x3()) else {
+                    continue;
+                };
+                let weight = sample.weight / (survival * diffuse as f32);
+                let rows = rows.map(|row| row * term.coefficient * weight);
+                follow(Branch { rows, sample, share: part / survival, density: None, lobe });
+            }
+            continue;
+        }
         if lobe.is_glossy() {
             let part = parent.share * (strength / whole);
             let Some(survival) = survives(part / faintest, rng) else { continue };
@@ -89,7 +107,7 @@ pub(super) fn branches<const R: usize>(
             let weight = filter * sample.weight / survival;
             let rows = rows.map(|row| row * term.coefficient * weight);
             let density = sample.pdf.solid_angle();
-            follow(Branch { rows, sample, share: part / survival, density });
+            follow(Branch { rows, sample, share: part / survival, density, lobe });
             continue;
         }
         for sample in lobe.branches(&point.normals, wo, Transport::Gathering).into_iter().flatten() {
@@ -99,7 +117,7 @@ pub(super) fn branches<const R: usize>(
             // The sample's weight is that of a branch taken by chance.
             let weight = filter * sample.weight * (probability / survival);
             let rows = rows.map(|row| row * term.coefficient * weight);
-            follow(Branch { rows, sample, share: part / survival, density: None });
+            follow(Branch { rows, sample, share: part / survival, density: None, lobe });
         }
     }
 }

@@ -94,16 +94,13 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
                 parts.direct += sampled.seen;
             }
         });
-        let whole = match open.term.lobe.as_diffuse() {
-            Some(diffuse) if connections.has_closed_form() && open.term.lobe.is_lambert() => {
-                let f = diffuse.towards(&open.point.normals, open.wo);
-                let light = f * connections.unhidden(&open.point, open.wo);
-                if light.is_zero() {
-                    return; // all of them are below the horizon
-                }
-                open.rows.map(|row| row * light)
-            }
-            _ => [Vec3::ZERO; R],
+        let whole = if connections.has_closed_form() && open.term.lobe.is_lambert() {
+            let Some(whole) = self.unhidden(&open) else {
+                return; // all of them are below the horizon
+            };
+            whole
+        } else {
+            [Vec3::ZERO; R]
         };
         if connections.are_sampled() && !(connections.are_known() && open.term.lobe.is_lambert()) {
             let first = self.connection(&open, 0);
@@ -113,6 +110,34 @@ impl<P: Power, const R: usize> Plain<'_, P, R> {
                 parts.direct += whole;
             }
         }
+    }
+
+    /// Direct light at a hit of a path that was scattered before: chance adds up over its directions, one connection is enough.
+    pub(super) fn connect_once(&self, open: &Open<R>, pixel: &mut Pixel<R>) {
+        let plan = self.plan;
+        let connections = &plan.connections;
+        let mut add = |seen: [Vec3; R]| {
+            for (parts, seen) in pixel.parts.iter_mut().zip(seen) {
+                parts.indirect += seen;
+            }
+        };
+        connections.to_all(&plan.scene, &open.point, |connection| {
+            add(self.look_through(open, &connection).map(|sampled| sampled.seen));
+        });
+        if connections.are_known() && open.term.lobe.is_lambert() {
+            add(self.unhidden(open).unwrap_or([Vec3::ZERO; R]));
+        } else if connections.are_sampled() {
+            add(self.connection(open, 0).map(|sampled| sampled.seen));
+        }
+    }
+
+    /// What a hit shows by all luminaires of closed form if nothing hides them. None: they are below its horizon, or there is no form.
+    fn unhidden(&self, open: &Open<R>) -> Option<[Vec3; R]> {
+        let connections = &self.plan.connections;
+        let diffuse = open.term.lobe.as_diffuse()?;
+        let light =
+            diffuse.towards(&open.point.normals, open.wo) * connections.unhidden(&open.point, open.wo);
+        (!light.is_zero()).then(|| open.rows.map(|row| row * light))
     }
 
     /// The second go over a tile of `width` pixels a row.

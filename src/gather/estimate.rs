@@ -1,5 +1,6 @@
 //! Density estimation: one photon map for each class of paths and each gather radius.
 
+use crate::clearance::{Even, Reach, SHARES};
 use crate::light::Power;
 use crate::photon::{Orders, PathClass, Photons};
 use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
@@ -46,6 +47,7 @@ pub(crate) struct Tier<P> {
 
 /// The maps of one pass.
 pub struct Maps<'a, P> {
+    plan: &'a Plan,
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
@@ -72,27 +74,52 @@ impl<'a, P: Power> Maps<'a, P> {
             .filter(|(_, _, photons)| !photons.is_empty())
             .map(|(class, level, photons)| Tier { class, map: PhotonMap::build(photons), level })
             .collect();
-        Self { rims: &plan.rims, tiers, radii }
+        Self { plan, rims: &plan.rims, tiers, radii }
     }
 
-    /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
-    /// than `most_reflections`; `footprint` is the side of what a pixel covers there (m). `nearby` holds what was found for
-    /// other places of the same maps.
-    pub fn irradiance(
+    /// How much of the disks at a point may be used, on the side of `normal`; see [`irradiance`](Self::irradiance). `scattered`: a
+    /// camera path was scattered before it came there.
+    pub fn reach(
         &self,
         nearby: &mut Nearby,
         point: &SurfacePoint,
         normal: Vec3,
         footprint: f32,
+        scattered: bool,
+    ) -> Reach {
+        let clearance = &self.plan.clearance;
+        if self.tiers.is_empty() || clearance.is_empty() {
+            return Reach::Simple(1.0);
+        }
+        let around = self.around(nearby, point, normal, footprint);
+        if clearance.is_even(&around.even, point, normal) {
+            return Reach::Simple(1.0);
+        }
+        let radius = self.radii[0] * footprint;
+        clearance.reach(&self.plan.scene, (self.rims, &around.rims), (point, normal), radius, scattered)
+    }
+
+    /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
+    /// than `most_reflections`; `footprint` is the side of what a pixel covers there (m), `reach` what may be used of the disks. In a
+    /// crowd inter-reflection is not read. `nearby` holds what was found for other places of the same maps.
+    pub fn irradiance(
+        &self,
+        nearby: &mut Nearby,
+        point: &SurfacePoint,
+        normal: Vec3,
+        (footprint, reach): (f32, Reach),
         most_reflections: u16,
     ) -> [Irradiance<P>; 3] {
         let mut by_class = [Irradiance::default(); 3];
         if self.tiers.is_empty() {
             return by_class;
         }
-        let around = self.around(nearby, point, footprint);
-        let disks = self.disks(around, point, normal, footprint);
+        let around = self.around(nearby, point, normal, footprint);
+        let disks = self.disks(around, point, normal, (footprint, reach));
         for (Tier { class, map, level }, near) in self.tiers.iter().zip(&around.photons) {
+            if !is_read(*class, reach) {
+                continue;
+            }
             let disk = &disks[*level];
             let flux = map.flux_near(near, [point.position, normal], disk.radius, most_reflections);
             let (whole, half) = (flux.whole.scaled(disk.over_whole), flux.inner.scaled(disk.over_half));
@@ -109,6 +136,7 @@ impl<'a, P: Power> Maps<'a, P> {
         &self,
         nearby: &'n mut Nearby,
         point: &SurfacePoint,
+        normal: Vec3,
         footprint: f32,
     ) -> &'n Surroundings {
         let position = point.position;
@@ -127,6 +155,8 @@ impl<'a, P: Power> Maps<'a, P> {
         }
         let widest = (0..LEVELS).map(reach).fold(0.0, f32::max);
         self.rims.near(position, widest, &mut place.rims);
+        let radius = self.radii[0] * footprint;
+        place.even = self.plan.clearance.even(&self.plan.scene, (point, normal), widest, radius);
         place
     }
 
@@ -136,9 +166,14 @@ impl<'a, P: Power> Maps<'a, P> {
         around: &Surroundings,
         point: &SurfacePoint,
         normal: Vec3,
-        footprint: f32,
+        (footprint, reach): (f32, Reach),
     ) -> [Disk; LEVELS] {
-        let (radii, rims) = (self.radii.map(|radius| radius * footprint), &around.rims);
+        let share = match reach {
+            Reach::Simple(share) => share,
+            Reach::Crowded => SHARES[SHARES.len() - 1],
+        };
+        let most = share * self.radii[0];
+        let (radii, rims) = (self.radii.map(|radius| radius.min(most) * footprint), &around.rims);
         let whole = radii.map(|radius| PI * radius * radius);
         let areas =
             if rims.is_empty() { whole } else { self.rims.areas(rims, point.position, normal, radii) };
@@ -184,6 +219,11 @@ impl<P: Power> Tier<P> {
     }
 }
 
+/// True where light of this class is read from photons; in a crowd only that which camera paths do not find.
+pub(crate) fn is_read(class: PathClass, reach: Reach) -> bool {
+    class != PathClass::Indirect || reach != Reach::Crowded
+}
+
 /// Places that are remembered: rows of a tile, and what mirrors and glass show there, take turns.
 const PLACES: usize = 8;
 /// How far from a place its surroundings serve, in footprints.
@@ -213,6 +253,7 @@ pub(crate) struct Surroundings {
     /// By map.
     pub photons: Vec<Neighbourhood>,
     rims: Vec<u32>,
+    even: Even,
 }
 
 impl Surroundings {

@@ -12,8 +12,8 @@ mod estimate;
 mod plain;
 mod walk;
 
-pub(crate) use estimate::Tier;
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
+pub(crate) use estimate::{Tier, is_read};
 pub(crate) use walk::{Here, Tally, Walk, reflected};
 
 use crate::light::Power;

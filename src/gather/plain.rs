@@ -2,10 +2,11 @@
 
 use super::direct::{Begun, Open};
 use super::{Here, Maps, Nearby, Pixel, Tally};
+use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
 use crate::optics::Term;
 use crate::photon::PathClass;
-use crate::plan::{Direct, Frame, Plan};
+use crate::plan::{Frame, Plan};
 use crate::sampling::{Rng, Sobol};
 use crate::scene::Material;
 
@@ -45,10 +46,15 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         true
     }
 
-    fn emitted(&mut self, rows: &[Row; R], (): (), radiance: Light, pixel: &mut Pixel<R>) {
+    fn emitted(&mut self, rows: &[Row; R], (): (), radiance: Light, scattered: bool, pixel: &mut Pixel<R>) {
         for (parts, row) in pixel.parts.iter_mut().zip(rows) {
-            parts.emitted += *row * radiance;
+            *(if scattered { &mut parts.indirect } else { &mut parts.emitted }) += *row * radiance;
         }
+    }
+
+    fn reach(&mut self, here: &Here<'_, R>) -> Reach {
+        let (point, normal) = (here.point, here.normal());
+        self.maps.reach(&mut self.nearby, point, normal, here.footprint, here.is_scattered())
     }
 
     fn read(
@@ -60,22 +66,27 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         rng: &mut Rng,
     ) {
         let Here { point, wo, .. } = *here;
-        if self.frame.direct == Direct::Connection || term.lobe.is_glossy() {
+        if here.connects(term, self.frame.direct) {
             let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
             let absorption = [wo, -wo].map(|side| here.absorption(self.plan, side));
             let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, absorption, sobol };
-            self.connect(open, pixel);
+            if here.is_scattered() {
+                self.connect_once(&open, pixel);
+            } else {
+                self.connect(open, pixel);
+            }
         }
         let Some(diffuse) = term.lobe.as_diffuse() else { return };
         let f = diffuse.towards(&point.normals, wo);
         let (normal, most) = (here.normal(), here.most_counted());
-        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, here.footprint, most);
+        let disk = (here.footprint, here.reach);
+        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, disk, most);
         for (class, irradiance) in
             [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
         {
             let value = irradiance.value.filtered(f);
             for (parts, row) in pixel.parts.iter_mut().zip(rows) {
-                *parts.of(class) += value.read(row);
+                *parts.of(here.class(class)) += value.read(row);
             }
             pixel.bias += irradiance.bias.filtered(f).read(rows[0]);
         }

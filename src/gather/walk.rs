@@ -1,11 +1,13 @@
 //! The one camera walker, and the [`Tally`] that is told what it finds.
 
 use super::Pixel;
-use super::branches::{Parent, Surface, branches};
+use super::branches::{Branch, Parent, Surface, branches};
+use crate::clearance::Reach;
 use crate::connect::{Connection, Sights};
 use crate::light::{Light, Row};
 use crate::optics::{Bsdf, Lobe, Normals, Term};
-use crate::plan::{Frame, Plan};
+use crate::photon::PathClass;
+use crate::plan::{Direct, Frame, Plan};
 use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, endurance, power_heuristic};
 use crate::scene::{Material, MatterAt, SurfacePoint, View};
@@ -32,8 +34,18 @@ pub(crate) trait Tally<const R: usize> {
     /// False where nothing that rows of this mark read is wanted.
     fn wants(&self, mark: Self::Mark) -> bool;
 
-    /// A luminaire of this radiance is seen.
-    fn emitted(&mut self, rows: &[Row; R], mark: Self::Mark, radiance: Light, pixel: &mut Pixel<R>);
+    /// A luminaire of this radiance is seen, or lights what is; `scattered`: a diffuse lobe that is.
+    fn emitted(
+        &mut self,
+        rows: &[Row; R],
+        mark: Self::Mark,
+        radiance: Light,
+        scattered: bool,
+        pixel: &mut Pixel<R>,
+    );
+
+    /// How much may be read from photons of the inter-reflection at a diffuse surface.
+    fn reach(&mut self, here: &Here<'_, R>) -> Reach;
 
     /// A finite lobe sends light towards the camera; `reading` are the rows and the mark of the light that it reflects.
     fn read(
@@ -62,7 +74,34 @@ struct Line<M, const R: usize> {
     seen: bool,
     /// What absorbs light where it begins, m⁻¹.
     absorption: Vec3,
+    past: Past,
 }
+
+/// What a line has behind it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Past {
+    /// No diffuse lobe.
+    Seen,
+    /// A diffuse lobe, and beyond it nothing but mirrors and glass: what shines by them alone was found there by connections and
+    /// caustic photons.
+    Lit,
+    /// A diffuse lobe, and another that is not narrow.
+    Scattered,
+}
+
+impl Past {
+    /// Behind a branch.
+    fn then(self, lobe: &Lobe) -> Self {
+        match self {
+            _ if lobe.as_diffuse().is_some() => Self::Lit,
+            Self::Lit if !lobe.is_narrow() => Self::Scattered,
+            past => past,
+        }
+    }
+}
+
+/// Directions in which a path goes on from the first diffuse surface that photons cannot serve, and from others.
+const DIRECTIONS: [u32; 2] = [2, 1];
 
 /// How a glossy lobe chose a direction.
 #[derive(Clone, Copy)]
@@ -95,6 +134,9 @@ pub(crate) struct Here<'s, const R: usize> {
     most_reflections: u32,
     /// What absorbs light on the side of `wo`, m⁻¹.
     absorption: Vec3,
+    past: Past,
+    /// How much may be read from photons.
+    pub reach: Reach,
 }
 
 impl<const R: usize> Here<'_, R> {
@@ -107,6 +149,37 @@ impl<const R: usize> Here<'_, R> {
     /// What absorbs light on the side of the unit vector `wi`, m⁻¹.
     pub fn absorption(&self, plan: &Plan, wi: Vec3) -> Vec3 {
         plan.rays.absorption_towards(self.material, self.point, wi).unwrap_or(self.absorption)
+    }
+
+    /// True where some diffuse lobe reads what arrives.
+    fn reads_photons(&self) -> bool {
+        let reads = |term: &Term| {
+            let read = |row: &Row| !(*row * term.coefficient).is_zero();
+            term.lobe.as_diffuse().is_some()
+                && term.lobe.responds(&self.point.normals, self.wo)
+                && self.rows.iter().any(read)
+        };
+        self.bsdf.terms.iter().any(reads)
+    }
+
+    /// The path was scattered by a diffuse surface on its way here.
+    pub fn is_scattered(&self) -> bool {
+        self.past != Past::Seen
+    }
+
+    /// What light of a class that arrives here is to what is seen.
+    pub fn class(&self, class: PathClass) -> PathClass {
+        if self.is_scattered() { PathClass::Indirect } else { class }
+    }
+
+    /// True where direct light by this lobe is found by connections.
+    pub fn connects(&self, term: &Term, direct: Direct) -> bool {
+        if term.lobe.as_diffuse().is_some() {
+            direct == Direct::Connection
+        } else {
+            // What narrow lobes send on is a caustic where it arrives.
+            self.past != Past::Lit || !term.lobe.is_narrow()
+        }
     }
 
     /// Reflections that light may have had before this surface, as photons count theirs.
@@ -161,6 +234,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             by_chance: None,
             seen: true,
             absorption: Vec3::ZERO,
+            past: Past::Seen,
         });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, &mut pixel, &mut rng);
@@ -194,16 +268,18 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             let at_point = line.by_chance.is_some() && material.pattern.is_some();
             let seen = if at_point { plan.scene.emission_at(&point) } else { seen };
             if let Some(emission) = seen
+                && line.past != Past::Lit
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 let weight = plan.chance_weight(self.sights, line.by_chance.as_ref(), hit, &point, wo);
                 let weighed = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
-                self.tally.emitted(&weighed, mark, emission.radiance, pixel);
+                let scattered = line.past != Past::Seen;
+                self.tally.emitted(&weighed, mark, emission.radiance, scattered, pixel);
             }
             if delta_chain < most {
                 let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
-                let here = Here {
+                let mut here = Here {
                     rows,
                     material,
                     bsdf,
@@ -213,7 +289,12 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                     footprint,
                     most_reflections,
                     absorption,
+                    past: line.past,
+                    reach: Reach::Simple(1.0),
                 };
+                if here.reads_photons() {
+                    here.reach = self.tally.reach(&here);
+                }
                 self.read_surface(&here, mark, pixel, rng);
                 self.pass_on(&here, line, mark, rng);
             }
@@ -225,7 +306,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             }
         }
         self.hits = hits;
-        if delta_chain <= most && rows.iter().any(|row| !row.is_zero()) {
+        if delta_chain <= most && line.past != Past::Lit && rows.iter().any(|row| !row.is_zero()) {
             if absorption != Vec3::ZERO {
                 rows = rows.map(|row| row * left_of(absorption, f32::INFINITY));
             }
@@ -243,7 +324,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 _ => 1.0,
             };
             let weighed = if weight == 1.0 { *rows } else { rows.map(|row| row * weight) };
-            tally.emitted(&weighed, mark, light, pixel);
+            tally.emitted(&weighed, mark, light, line.past != Past::Seen, pixel);
         }
     }
 
@@ -266,7 +347,12 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     /// The row goes on through delta lobes and glossy ones.
     fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
         let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
-        if !bsdf.is_passed_on() {
+        let diffuse = match (here.reach, line.past) {
+            (Reach::Simple(_), _) => 0,
+            (Reach::Crowded, Past::Seen) => DIRECTIONS[0],
+            (Reach::Crowded, _) => DIRECTIONS[1],
+        };
+        if diffuse == 0 && !bsdf.is_passed_on() {
             return;
         }
         let survival = endurance(line.parent.delta_chain, CERTAIN_DELTA_CHAIN);
@@ -275,8 +361,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         }
         let Self { plan, tally, growth, stack, .. } = self;
         let mark = T::reflected(mark, rows, material);
-        let surface = Surface { rows: *rows, material, bsdf, point, wo };
-        branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch| {
+        let surface = Surface { rows: *rows, material, bsdf, point, wo, diffuse };
+        branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch: Branch<R>| {
             if !tally.wants(mark) {
                 return;
             }
@@ -292,7 +378,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 travelled,
                 spread: line.spread + branch.density.map_or(0.0, |density| SPREAD / density.sqrt()),
                 by_chance: branch.density.map(|density| ByChance { point: *point, density }),
-                seen: line.seen && branch.density.is_none(),
+                seen: line.seen && branch.lobe.is_delta(),
+                past: line.past.then(&branch.lobe),
                 absorption: here.absorption(plan, branch.sample.to),
             });
         });

@@ -11,7 +11,9 @@ use glam::Vec3;
 
 /// What can come from where, and what of it is read.
 pub(super) struct Flow {
-    /// Components of light leaving surfaces that camera rays read.
+    /// Components of light leaving surfaces that camera rays read, as far as they end at diffuse lobes.
+    seen_at_once: Components,
+    /// The same where they [go on](Self::followed).
     pub seen: Components,
     /// Components that finite lobes read in arriving light, where camera rays end.
     pub gathered: Components,
@@ -54,7 +56,20 @@ impl Flow {
         let indirect = fixed_point(scattered(direct.or(caustic)), |set| {
             scattered(set).or(mirrored(set)).or(after_straights(set))
         });
-        Self { seen, gathered, linked, useful, present: [direct, caustic, indirect] }
+        Self { seen_at_once: seen, seen, gathered, linked, useful, present: [direct, caustic, indirect] }
+    }
+
+    /// The same where camera rays go on by diffuse lobes too.
+    pub fn followed(self, scene: &Scene) -> Self {
+        let bsdfs = || scene.materials.iter().map(|material| &material.bsdf);
+        let all = || bsdfs().flat_map(|bsdf| &bsdf.terms);
+        let before_straights = |set: Components| union(bsdfs().map(|b| set.before(b.straight, Vec3::ONE)));
+        let seen = fixed_point(self.seen, |seen| {
+            union(all().map(|term| before(seen, term))).or(before_straights(seen))
+        });
+        let finite = all().filter(|term| !term.lobe.is_delta());
+        let linked = fixed_point(union(finite.map(|term| before(seen, term))), before_straights);
+        Self { seen, linked, ..self }
     }
 
     /// Components in which light of one class is on the way.
@@ -72,14 +87,16 @@ impl Flow {
         self.present(class).and(self.gathered).any()
     }
 
-    /// True when a camera ray reads light of some class by this finite term.
+    /// True when a camera ray reads light of some class by this finite term. Those that went on by diffuse lobes read where others do;
+    /// caustics they read anywhere.
     pub fn reads(&self, term: &Term) -> bool {
-        before(self.seen, term).and(self.present_at_all()).any()
+        let seen = if self.arrives(PathClass::Caustic) { self.seen } else { self.seen_at_once };
+        before(seen, term).and(self.present_at_all()).any()
     }
 
     /// True when anything of use comes of this term, on the way from the luminaires or on that from the camera.
     pub fn uses(&self, term: &Term) -> bool {
-        before(self.seen, term).any() || after(self.present_at_all(), term).and(self.useful).any()
+        before(self.seen_at_once, term).any() || after(self.present_at_all(), term).and(self.useful).any()
     }
 }
 

@@ -194,7 +194,10 @@ impl Plan {
 
     /// What the indices of triangles and rims take in memory.
     pub fn index_bytes(&self) -> usize {
-        self.rays.bytes() + self.casters.as_ref().map_or(0, Rays::bytes) + self.rims.bytes()
+        self.rays.bytes()
+            + self.casters.as_ref().map_or(0, Rays::bytes)
+            + self.rims.bytes()
+            + self.clearance.bytes()
     }
 
     /// The surfaces on a line from the camera, in order, as far as any of `rows` can read: the first alone, where

@@ -25,6 +25,7 @@ pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
 pub use photons::{PerPath, PhotonClasses, PhotonPlan};
 pub use settings::{Direct, LEVELS, Method, Settings, film_size};
 
+use crate::clearance::Clearance;
 use crate::connect::{Connections, Lobes};
 use crate::rays::{Hit, Rays};
 use crate::rims::Rims;
@@ -41,6 +42,8 @@ pub struct Plan {
     pub rays: Rays,
     /// Where the surfaces end that take photons.
     pub rims: Rims,
+    /// How wide gather disks may be.
+    pub clearance: Clearance,
     /// What was asked for.
     pub settings: Settings,
     /// Which photons are of use, before any is shot. None: no photons and no map.
@@ -95,6 +98,7 @@ impl Plan {
             scene,
             rays,
             rims: Rims::none(),
+            clearance: Clearance::none(),
             settings: asked,
             photons: None,
             visibility: Visibility::Transmittance,
@@ -114,14 +118,22 @@ impl Plan {
     fn less(self, settings: &Settings) -> Self {
         let Self { mut scene, rays, existence, mut omissions, .. } = self;
         let flow = Flow::of(&scene, settings.invisible);
-        let needs_photons = !PhotonClasses::of(&flow, settings).is_empty();
+        let classes = PhotonClasses::of(&flow, settings);
+        // Camera paths go on by diffuse lobes where light that was scattered cannot be read from photons.
+        let flow = if classes.indirect { flow.followed(&scene) } else { flow };
+        let needs_photons = !classes.is_empty();
         shrink::drop_unread(&mut scene, &flow, needs_photons, settings, &mut omissions);
         let (rays, through) = lines::first_hits(&scene, rays, &flow, settings, &mut omissions);
         let (visibility, casters) = lines::visibility(&scene, &flow, settings, &mut omissions);
         let closed_form = lines::closed_form(&scene, settings, visibility, &mut omissions);
         let photons = photons::photon_plan(&scene, &flow, settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
-        let rims = photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let mut rims =
+            photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let clearance = match &photons {
+            Some(_) => Clearance::of(&scene, rims.take_sheets()),
+            None => Clearance::none(),
+        };
         let terms = || scene.materials.iter().flat_map(|material| &material.bsdf.terms);
         let all_lambert = terms().all(|term| term.lobe.is_delta() || term.lobe.is_lambert());
         let lobes = if all_lambert { Lobes::Lambert } else { Lobes::Any };
@@ -130,6 +142,7 @@ impl Plan {
             scene,
             rays,
             rims,
+            clearance,
             photons,
             visibility,
             connections,

@@ -1,6 +1,7 @@
 //! What the user asked for, resolved.
 
 use super::omission::Omittable;
+use super::photons::DEFAULT_PATHS;
 use crate::machine::MemoryLimit;
 
 /// What the user asked for, resolved.
@@ -89,11 +90,19 @@ pub enum Direct {
 }
 
 impl Settings {
-    /// The defaults for a film of so many pixels. Inter-reflection is as smooth in a large picture as in a small one: above 224
+    /// The defaults for a film of so many pixels. Inter-reflection is as smooth in a large picture as in a small one: above 112
     /// rows its first radius is that share of the picture at which noise and bias balance.
     pub fn for_film(width: u32, height: u32) -> Self {
         let default = Self { width, height, ..Self::default() };
-        Self { indirect_radius: default.indirect_radius.max(height as f32 / 32.0), ..default }
+        Self { indirect_radius: (height as f32 / 28.0).max(4.0), ..default }
+    }
+
+    /// With so many photon paths a pass, and the gather radius that goes with them: noise falls with their number and the square of the
+    /// radius, bias with its square alone, so that both fall alike if the radius goes with their sixth root.
+    #[must_use]
+    pub fn with_paths(self, paths: u32) -> Self {
+        let more = paths.max(1) as f32 / DEFAULT_PATHS as f32;
+        Self { paths: Some(paths), indirect_radius: self.indirect_radius * more.powf(-1.0 / 6.0), ..self }
     }
 }
 

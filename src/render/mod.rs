@@ -2,6 +2,7 @@
 
 mod forecast;
 mod pace;
+mod state;
 
 pub use crate::memory::Memory;
 pub use crate::pass::render_pass;
@@ -9,11 +10,12 @@ pub use crate::pilot::{learn, learn_photons};
 pub use crate::stop::Stop;
 pub use forecast::{Forecast, Saving, Stages, savings};
 pub use pace::Pace;
+pub use state::{ESTIMATORS, another_picture, key};
 
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
 use crate::existence::{Existence, Multiplication};
-use crate::film::{Film, Header, Layer};
+use crate::film::{Film, Header, Key, Layer, Schedule};
 use crate::pass::pass_image;
 use crate::path_trace::unreachable_luminaires;
 use crate::plan::{Frame, Method, Plan, Settings};
@@ -37,6 +39,9 @@ pub struct Render {
     plan: Plan,
     frame: Frame,
     film: Film,
+    schedule: Schedule,
+    /// Of the scene and the settings.
+    key: Key,
     atlas: Option<AtlasRun>,
     /// The scene's illumination in words.
     illumination: String,
@@ -61,6 +66,7 @@ impl Render {
         let settings = Settings { invisible: layers.contains(&Layer::Invisible), ..settings };
         Memory::of_pixels(&settings, &layers).check(settings.memory)?;
         let illumination = scene.describe_illumination();
+        let asked = settings.clone();
         let (plan, frame, atlas) = if settings.atlas {
             plan_atlas(&scene, settings, &layers)?
         } else {
@@ -68,8 +74,10 @@ impl Render {
         };
         Memory::of(&plan, &frame, &layers).check(plan.settings.memory)?;
         let film = Film::new(frame.width, frame.height, &layers);
+        let key = key(plan.scene_hash, &asked);
         let seconds = begin.elapsed().as_secs_f64();
-        Ok(Self { plan, frame, film, atlas, illumination, stored: 0, seconds })
+        let schedule = Schedule::ALL;
+        Ok(Self { plan, frame, film, schedule, key, atlas, illumination, stored: 0, seconds })
     }
 
     /// Passes look at `stop` and are dropped when it is asked; [`passes`](Self::passes) then returns 0.
@@ -131,10 +139,10 @@ impl Render {
     }
 
     /// Renders the next passes and adds them to the film: one, or as many as an [`AtlasRun`] likes to render together, but no
-    /// more than `most`. Returns how many: none, when they were told to stop.
+    /// more than `most`. Returns how many: none, when they were told to stop, or when none is left.
     pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
-        let first = self.film.passes();
+        let Some(first) = self.schedule.next(self.film.pass_set()) else { return 0 };
         let biased = self.frame.photons.is_some().then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let images = match &mut self.atlas {
@@ -150,9 +158,9 @@ impl Render {
                 gathered.into_iter().map(image).collect()
             }
         };
-        for (image, stored) in &images {
+        for (pass, (image, stored)) in (first..).zip(&images) {
             self.stored += stored;
-            self.film.add(image);
+            self.film.add_pass(pass, image);
         }
         self.seconds += begin.elapsed().as_secs_f64();
         images.len() as u32

@@ -25,12 +25,14 @@ pub struct Pace {
     again: Option<Instant>,
     /// Seconds that passes took.
     passing: f64,
+    /// Passes that were complete before.
+    before: u32,
 }
 
 impl Pace {
-    /// From `begin`, for so long; None: for ever.
-    pub fn new(begin: Instant, time: Option<Duration>) -> Self {
-        Self { begin, time, again: None, passing: 0.0 }
+    /// From `begin`, for so long, with passes that were complete before; None: for ever.
+    pub fn new(begin: Instant, time: Option<Duration>, before: u32) -> Self {
+        Self { begin, time, again: None, passing: 0.0, before }
     }
 
     /// Makes passes small enough for the time. Returns a line about it where it changes something.
@@ -59,11 +61,15 @@ impl Pace {
         Some(format!("passes of {fitting} {what} (not {size}) keep to --time better{late}"))
     }
 
-    /// How many passes may be begun now, of which `done` are complete; the first always may.
+    /// How many passes may be begun now, if `done` are complete; the first of all always may.
     pub fn most(&self, done: u32) -> u32 {
         let Some(time) = self.time.filter(|_| done > 0) else { return u32::MAX };
         let left = NOT_BEGUN * time.as_secs_f64() - self.begin.elapsed().as_secs_f64();
-        (left * f64::from(done) / self.passing) as u32
+        if done == self.before {
+            // How long one takes is not known yet.
+            return u32::from(left > 0.0);
+        }
+        (left * f64::from(done - self.before) / self.passing) as u32
     }
 
     /// When passes under way are dropped, if `done` are complete.
@@ -113,13 +119,16 @@ mod tests {
     fn no_pass_is_begun_that_would_end_late() {
         let hour = Duration::from_secs(3600);
         let begin = Instant::now().checked_sub(hour).expect("a clock that runs");
-        let mut pace = Pace::new(begin, Some(hour));
+        let mut pace = Pace::new(begin, Some(hour), 0);
         assert_eq!((pace.most(0), pace.deadline(0)), (u32::MAX, None));
         pace.took(3500.0);
         // 180 seconds are left of 1.05 hours.
         assert_eq!((pace.most(20), pace.most(40)), (1, 2));
         assert_eq!(pace.most(10), 0);
         assert_eq!(pace.deadline(1), Some(begin + hour.mul_f64(DROPPED)));
-        assert_eq!((Pace::new(begin, None).most(7), Pace::new(begin, None).deadline(7)), (u32::MAX, None));
+        assert_eq!(
+            (Pace::new(begin, None, 0).most(7), Pace::new(begin, None, 0).deadline(7)),
+            (u32::MAX, None)
+        );
     }
 }

@@ -60,3 +60,35 @@ impl Edges {
         edges[begin..].iter().take_while(move |edge| edge.0 == to).map(|edge| edge.1)
     }
 }
+
+/// Sets of triangles that are joined to each other.
+pub(super) struct Joined(Vec<u32>);
+
+impl Joined {
+    /// So many, each alone.
+    pub fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    /// The one that stands for the set of a triangle; ways there become shorter.
+    fn root(&mut self, mut of: u32) -> u32 {
+        while self.0[of as usize] != of {
+            let next = self.0[self.0[of as usize] as usize];
+            self.0[of as usize] = next;
+            of = next;
+        }
+        of
+    }
+
+    /// Makes two sets one.
+    pub fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        // The lower stands for both, so that names do not depend on the order.
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+
+    /// The name of the set of each.
+    pub fn names(mut self) -> Vec<u32> {
+        (0..self.0.len() as u32).map(|of| self.root(of)).collect()
+    }
+}

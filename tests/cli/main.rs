@@ -12,6 +12,7 @@ mod info;
 mod page;
 mod pages;
 mod render;
+mod state;
 mod support;
 mod wrong;
 

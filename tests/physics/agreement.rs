@@ -48,8 +48,8 @@ fn settings(seed: u64) -> Settings {
     Settings { width: SIDE, height: SIDE, seed, ..Settings::default() }
 }
 
-/// Photons, extrapolated to radius zero.
-fn shot(scene: &Scene, direct: Direct, passes: u32) -> Estimate {
+/// Photons, from a first radius in pixels extrapolated to zero.
+fn shot(scene: &Scene, direct: Direct, passes: u32, radius: f32) -> Estimate {
     let at = |radius: f32, seed| {
         let settings = Settings {
             paths: Some(24_000),
@@ -60,7 +60,7 @@ fn shot(scene: &Scene, direct: Direct, passes: u32) -> Estimate {
         };
         Estimate::from_film(&film(scene, settings, passes)).expect("several passes")
     };
-    let (whole, half) = (at(0.5, 1), at(0.25, 2));
+    let (whole, half) = (at(radius, 1), at(0.5 * radius, 2));
     let error = |half: Vec3, whole: Vec3| (4.0 * half * half + whole * whole).map(f32::sqrt);
     let ((whole_colour, whole_error), (half_colour, half_error)) =
         (whole.colour.expect("from a film"), half.colour.expect("from a film"));
@@ -134,8 +134,14 @@ pub fn must_agree(name: &str, scene: &Scene, direct: Direct) {
 /// The same in so many passes.
 #[track_caller]
 pub fn must_agree_in(passes: u32, name: &str, scene: &Scene, direct: Direct) {
+    must_agree_from(0.5, passes, name, scene, direct);
+}
+
+/// The same from a first gather radius in pixels.
+#[track_caller]
+pub fn must_agree_from(radius: f32, passes: u32, name: &str, scene: &Scene, direct: Direct) {
     let number = name.bytes().fold(0, |number: u64, byte| 31 * number + u64::from(byte));
-    let shot = shot(&somewhere(scene, number), direct, passes);
+    let shot = shot(&somewhere(scene, number), direct, passes, radius);
     let traced_by = |method, number| (method, traced(&somewhere(scene, number), method, passes));
     let plain = can_be_found(scene).then(|| traced_by(Method::PathPlain, number + 1));
     for (method, traced) in std::iter::once(traced_by(Method::Path, number + 2)).chain(plain) {

@@ -7,6 +7,7 @@ mod agreement;
 mod alpha;
 mod area_light;
 mod atlas;
+mod contact;
 mod determinism;
 mod emission;
 mod emissive;

@@ -1,0 +1,194 @@
+//! States from files, row by row: the memory of a row.
+
+use super::super::exact::{Number, Row, Whole};
+use super::super::sums::Film;
+use super::{
+    BYTES, FAR, INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NEGATIVE, NOT_A_NUMBER, StateHead,
+    VERSION, ZERO, checksum,
+};
+use crate::error::{Error, Result};
+use crate::film::Layer;
+use std::fs::File;
+use std::io::{self, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+/// A state whose head was read.
+pub struct StateFile {
+    path: PathBuf,
+    head: StateHead,
+    rest: BufReader<File>,
+}
+
+/// What is wrong with a file; its name is added later.
+type Found<T> = std::result::Result<T, String>;
+
+impl StateFile {
+    /// Reads the head and looks whether the file is long enough for what it promises.
+    ///
+    /// # Errors
+    /// One line: the file cannot be read, or is no state, of another version, or damaged.
+    pub fn open(path: &Path) -> Result<Self> {
+        let refused = |source| Error::Read { path: path.into(), source };
+        // Asked before it is opened: a pipe would wait for somebody to write.
+        if !std::fs::metadata(path).map_err(refused)?.is_file() {
+            return Err(wrong(path, "it is no file".into()));
+        }
+        let file = File::open(path).map_err(refused)?;
+        let there = file.metadata().map_err(refused)?;
+        let mut rest = BufReader::with_capacity(1 << 16, file);
+        let head = head(&mut rest).map_err(|reason| wrong(path, reason))?;
+        // Each number is a byte at least.
+        let least = u64::from(head.height) * 3 * u64::from(head.width) * planes(&head) as u64;
+        if there.len() < least {
+            return Err(wrong(path, CUT.into()));
+        }
+        Ok(Self { path: path.into(), head, rest })
+    }
+
+    /// What it says of itself.
+    pub fn head(&self) -> &StateHead {
+        &self.head
+    }
+
+    /// Adds its sums to a film of the same size and layers.
+    ///
+    /// # Errors
+    /// One line: it is damaged, or one of its passes is in the film already. After an error the film is of no use.
+    pub fn add_to(mut self, film: &mut Film) -> Result<()> {
+        self.add(film).map_err(|reason| wrong(&self.path, reason))
+    }
+
+    fn add(&mut self, film: &mut Film) -> Found<()> {
+        let Self { head, rest, .. } = self;
+        if (film.width(), film.height()) != (head.width, head.height) || film.layers() != head.layers {
+            return Err("its picture is of another size, or has other layers".into());
+        }
+        let sums = film.joined(&head.passes).map_err(|pass| format!("pass {pass} is in both"))?;
+        let mut bytes = Vec::new();
+        block(rest, &mut bytes, longest(2, 3))?;
+        let mut colours = bytes.as_slice();
+        sums.colour.iter_mut().try_for_each(|row| numbers(&mut colours, row))?;
+        ends(colours)?;
+        let longest = longest(planes(head), 3 * head.width as usize);
+        for y in 0..head.height as usize {
+            block(rest, &mut bytes, longest)?;
+            let mut row = bytes.as_slice();
+            sums.layers.iter_mut().try_for_each(|(_, rows)| numbers(&mut row, &mut rows[y]))?;
+            numbers(&mut row, &mut sums.squares[y])?;
+            sums.bias.iter_mut().try_for_each(|rows| numbers(&mut row, &mut rows[y]))?;
+            ends(row)?;
+        }
+        match rest.read(&mut [0]) {
+            Ok(0) => Ok(()),
+            Ok(_) => Err("it goes on after its last row".into()),
+            Err(e) => Err(e.to_string()),
+        }
+    }
+}
+
+fn wrong(path: &Path, reason: String) -> Error {
+    let way_out = "; remove it, or render it again";
+    Error::Image { path: path.into(), reason: format!("no state to go on from: {reason}{way_out}") }
+}
+
+const CUT: &str = "it ends early";
+const DAMAGED: &str = "it is damaged (a checksum does not fit)";
+
+/// Rows of numbers that a row of the picture has.
+fn planes(head: &StateHead) -> usize {
+    let summed = head.layers.iter().filter(|layer| !matches!(layer, Layer::Error | Layer::Bias));
+    summed.count() + 3
+}
+
+/// The most bytes of so many rows of so many numbers.
+fn longest(rows: usize, numbers: usize) -> usize {
+    rows * (2 + numbers * (4 + usize::from(LONGEST)))
+}
+
+fn head(rest: &mut impl Read) -> Found<StateHead> {
+    let mut magic = [0; MAGIC.len()];
+    if rest.read_exact(&mut magic).is_err() || magic != *MAGIC {
+        return Err("halflight did not write it as one".into());
+    }
+    let version = word(rest)?;
+    if version != VERSION {
+        return Err(format!("it is of version {version}, and this program reads version {VERSION}"));
+    }
+    let mut json = Vec::new();
+    block(rest, &mut json, LONGEST_HEAD as usize)?;
+    let json = serde_json::from_slice(&json).map_err(|_| "its head is no JSON")?;
+    StateHead::of_json(&json)
+}
+
+fn word(rest: &mut impl Read) -> Found<u32> {
+    let mut bytes = [0; 4];
+    rest.read_exact(&mut bytes).map_err(|e| cut(&e))?;
+    Ok(u32::from_le_bytes(bytes))
+}
+
+fn cut(e: &io::Error) -> String {
+    if e.kind() == ErrorKind::UnexpectedEof { CUT.into() } else { e.to_string() }
+}
+
+/// The next block, in place of what is in `bytes`.
+fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()> {
+    let length = word(rest)? as usize;
+    if length > longest {
+        return Err(DAMAGED.into());
+    }
+    bytes.clear();
+    // As much as there is, and not what a damaged length promises.
+    rest.take(length as u64).read_to_end(bytes).map_err(|e| cut(&e))?;
+    if bytes.len() < length {
+        return Err(CUT.into());
+    }
+    let mut sum = [0; 8];
+    rest.read_exact(&mut sum).map_err(|e| cut(&e))?;
+    if u64::from_le_bytes(sum) == checksum(bytes) { Ok(()) } else { Err(DAMAGED.into()) }
+}
+
+const MISFIT: &str = "a row does not hold what it should";
+
+fn ends(rest: &[u8]) -> Found<()> {
+    if rest.is_empty() { Ok(()) } else { Err(MISFIT.into()) }
+}
+
+/// Adds the numbers of a row.
+fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
+    let lowest = i16::from_le_bytes(taken(bytes)?);
+    for i in 0..row.len() {
+        let number = number(bytes, lowest)?;
+        if !number.is_held() {
+            return Err("a number in it is out of reach".into());
+        }
+        row.add_number(i, &number);
+    }
+    Ok(())
+}
+
+fn number(bytes: &mut &[u8], lowest: i16) -> Found<Number> {
+    let [tag] = taken(bytes)?;
+    let length = match tag {
+        ZERO => return Ok(Number::Zero),
+        INFINITE => return Ok(Number::Infinite),
+        MINUS_INFINITE => return Ok(Number::MinusInfinite),
+        NOT_A_NUMBER => return Ok(Number::Nan),
+        _ => (tag & !NEGATIVE)
+            .checked_sub(BYTES)
+            .filter(|length| (1..=LONGEST).contains(length))
+            .ok_or(MISFIT)?,
+    };
+    let exponent = match taken(bytes)? {
+        [FAR] => i16::from_le_bytes(taken(bytes)?).into(),
+        [above] => i32::from(lowest) + i32::from(above),
+    };
+    let (magnitude, rest) = bytes.split_at_checked(length.into()).ok_or(MISFIT)?;
+    *bytes = rest;
+    Ok(Number::Finite { negative: tag & NEGATIVE != 0, exponent, magnitude: magnitude.into() })
+}
+
+fn taken<const N: usize>(bytes: &mut &[u8]) -> Found<[u8; N]> {
+    let (first, rest) = bytes.split_first_chunk().ok_or(MISFIT)?;
+    *bytes = rest;
+    Ok(*first)
+}

@@ -1,0 +1,120 @@
+//! What is stored of a render, and how it goes on from there: docs/state-format.md.
+
+use super::Render;
+use crate::error::{Error, Result};
+use crate::film::{Key, Preview, Schedule, StateFile, StateHead, write_state};
+use crate::plan::{Direct, Settings};
+use std::path::Path;
+
+/// To be raised with every change after which the same scene, settings and pass number make another picture within one version.
+pub const ESTIMATORS: u32 = 1;
+
+/// What decides a picture, of a scene with this [hash](crate::scene::Scene::hash): states with equal keys add up. Every setting is
+/// taken apart, so that a new one must be given a place here.
+pub fn key(scene_hash: u64, settings: &Settings) -> Key {
+    let Settings {
+        width,
+        height,
+        paths,
+        seed,
+        method,
+        samples,
+        direct,
+        invisible,
+        max_reflections,
+        even_starts,
+        caustic_radius,
+        indirect_radius,
+        keep_everything,
+        keep,
+        atlas,
+        memory: _,
+    } = settings;
+    let direct = match direct {
+        Direct::Auto => "auto",
+        Direct::Connection => "connection",
+        Direct::Photons => "photons",
+    };
+    let mut keep: Vec<_> = keep.iter().map(|kept| kept.name()).collect();
+    keep.sort_unstable();
+    keep.dedup();
+    let all = [
+        ("estimators", format!("{}, {ESTIMATORS}", env!("CARGO_PKG_VERSION"))),
+        ("scene", format!("{scene_hash:016x}")),
+        ("--size", format!("{width}x{height}")),
+        ("--photons", paths.map_or("by the plan".into(), |paths| paths.to_string())),
+        ("--seed", seed.to_string()),
+        ("--method", method.name().into()),
+        ("--samples", samples.to_string()),
+        ("--direct", direct.into()),
+        ("layer invisible", invisible.to_string()),
+        ("--max-reflections", max_reflections.map_or("none".into(), |most| most.to_string())),
+        ("--even-starts", even_starts.to_string()),
+        ("caustic radius", caustic_radius.to_string()),
+        ("indirect radius", indirect_radius.to_string()),
+        ("--keep-everything", keep_everything.to_string()),
+        ("--keep", keep.join(",")),
+        ("--atlas", atlas.to_string()),
+    ];
+    Key(all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+}
+
+impl Render {
+    /// From now on renders the passes of a schedule. An [`AtlasRun`](crate::atlas::AtlasRun) takes one after another, whatever it says.
+    pub fn follow(&mut self, schedule: Schedule) {
+        self.schedule = schedule;
+    }
+
+    /// How many passes of the schedule are left. None: it has no end.
+    pub fn left(&self) -> Option<u32> {
+        let done = self.film.pass_set().iter().filter(|pass| self.schedule.contains(*pass)).count();
+        self.schedule.len().map(|all| all - done as u32)
+    }
+
+    /// Everything about the render so far but its sums.
+    pub fn state_head(&self, preview: Preview) -> StateHead {
+        StateHead {
+            key: self.key.clone(),
+            pass_size: self.pass_size(),
+            width: self.frame.width,
+            height: self.frame.height,
+            layers: self.film.layers().to_vec(),
+            passes: self.film.pass_set().clone(),
+            photons: self.stored,
+            nanoseconds: (1e9 * self.seconds) as u64,
+            facts: self.header(),
+            preview,
+        }
+    }
+
+    /// Stores the render so far.
+    ///
+    /// # Errors
+    /// It cannot be written; what was there is as it was.
+    pub fn save(&self, path: &Path, preview: Preview) -> Result<()> {
+        write_state(path, &self.state_head(preview), &self.film)
+    }
+
+    /// Goes on from a state of the same picture, with passes of its size.
+    ///
+    /// # Errors
+    /// One line: it is of another picture, or damaged, or has a pass that is here already.
+    pub fn resume(&mut self, path: &Path, state: StateFile) -> Result<()> {
+        let head = state.head().clone();
+        self.set_pass_size(head.pass_size);
+        if let Some(difference) = self.state_head(head.preview).difference(&head) {
+            return Err(another_picture(path, &difference));
+        }
+        state.add_to(&mut self.film)?;
+        self.stored += head.photons;
+        self.seconds += 1e-9 * head.nanoseconds as f64;
+        Ok(())
+    }
+}
+
+/// A state that is not of the picture that is asked for.
+pub fn another_picture(path: &Path, difference: &str) -> Error {
+    let reason =
+        format!("the state is of another picture ({difference}); give -o another name, or remove it");
+    Error::Image { path: path.into(), reason }
+}

@@ -1,0 +1,337 @@
+//! Renders that are stored, killed, resumed, dealt out to many and merged: the same picture, bit for bit.
+
+use crate::files::{done, refused, scene, triangle};
+use crate::{halflight, said};
+use halflight::film::{Value, read_exr};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SCENE: &str = "builtin:cornell-spheres --size 24x20 --photons 3000 --layers all";
+
+fn planes(folder: &Path, name: &str) -> Vec<(String, Vec<[u32; 3]>)> {
+    let image = read_exr(&folder.join(name)).expect("a picture");
+    let bits = |plane: &Vec<glam::Vec3>| plane.iter().map(|v| v.to_array().map(f32::to_bits)).collect();
+    image.layers.iter().map(|(name, plane)| (name.clone(), bits(plane))).collect()
+}
+
+#[track_caller]
+fn equal(folder: &Path, a: &str, b: &str) {
+    assert!(planes(folder, a) == planes(folder, b), "{a} and {b} are different pictures");
+}
+
+fn fact(folder: &Path, name: &str, fact: &str) -> Option<f64> {
+    read_exr(&folder.join(name)).expect("a picture").header.get(fact).and_then(Value::as_real)
+}
+
+/// What lies about that a render should have removed.
+fn leftovers(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+    names.filter_map(|name| name.into_string().ok()).filter(|name| name.ends_with(".part")).collect()
+}
+
+#[test]
+fn shards_merged_in_any_order_are_the_single_render_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    done(here, &format!("render {SCENE} --passes 12 -o whole.exr"));
+    assert!(!here.join("whole.halflight").exists(), "a state that nobody asked for");
+    for (of, order) in [(2, vec![2, 1]), (3, vec![3, 1, 2]), (7, vec![4, 7, 1, 2, 6, 3, 5])] {
+        for which in 1..=of {
+            let threads = 1 + which % 3;
+            done(
+                here,
+                &format!(
+                    "render {SCENE} --passes 12 --shard {which}/{of} --threads {threads} -o {of}-{which}.exr"
+                ),
+            );
+        }
+        let states: Vec<String> = order.iter().map(|which| format!("{of}-{which}.halflight")).collect();
+        let told = done(here, &format!("merge {} -o merged.exr", states.join(" ")));
+        assert!(told.contains("12 passes (0..12)"), "{told}");
+        equal(here, "whole.exr", "merged.exr");
+        assert!(
+            fs::read(here.join("whole.png")).expect("a preview")
+                == fs::read(here.join("merged.png")).expect("one")
+        );
+        for name in ["passes", "photons", "paths_per_pass", "k", "scene_hash"] {
+            assert_eq!(fact(here, "whole.exr", name), fact(here, "merged.exr", name), "{name}");
+        }
+        // As a tree, by way of a state.
+        done(here, &format!("merge {} -o some.halflight", states[1..].join(" ")));
+        done(here, &format!("merge some.halflight {} -o tree.exr", states[0]));
+        equal(here, "whole.exr", "tree.exr");
+    }
+    done(here, &format!("render {SCENE} --passes 0..5 -o 1.exr"));
+    done(here, &format!("render {SCENE} --passes 5..12 -o 2.exr"));
+    done(here, "merge 2.halflight 1.halflight -o merged.exr");
+    equal(here, "whole.exr", "merged.exr");
+}
+
+#[test]
+fn a_render_resumed_or_extended_is_the_single_render_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    done(here, &format!("render {SCENE} --passes 9 -o whole.exr"));
+    done(here, &format!("render {SCENE} --passes 2 --checkpoint 60s -o a.exr"));
+    let told = done(here, &format!("render {SCENE} --passes 5 --resume -o a.exr"));
+    assert!(told.contains("going on from 2 passes (0..2) in a.halflight"), "{told}");
+    let told = done(here, &format!("render {SCENE} --passes 9 --extend -o a.exr"));
+    assert!(told.contains("going on from 5 passes"), "{told}");
+    equal(here, "whole.exr", "a.exr");
+    // What is complete is complete at once, and its picture is there again.
+    fs::remove_file(here.join("a.exr")).expect("there");
+    let begin = Instant::now();
+    let told = done(here, &format!("render {SCENE} --passes 9 --resume -o a.exr"));
+    assert!(told.contains("complete: the state has all 9 passes"), "{told}");
+    assert!(begin.elapsed() < Duration::from_secs(20));
+    equal(here, "whole.exr", "a.exr");
+    // A smaller error; a state of shards that lacks some.
+    done(here, &format!("render {SCENE} --error 0.5 --extend -o a.exr"));
+    done(here, &format!("render {SCENE} --passes 9 --shard 2/3 -o b.exr"));
+    done(here, &format!("render {SCENE} --passes 9 --resume -o b.exr"));
+    equal(here, "whole.exr", "b.exr");
+}
+
+#[test]
+fn the_path_tracer_is_dealt_out_as_well() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let render = "render builtin:two-spheres --method path --samples 2 --size 16x16 --passes 6";
+    done(here, &format!("{render} -o whole.exr"));
+    done(here, &format!("{render} --shard 1/2 -o 1.exr"));
+    done(here, &format!("{render} --shard 2/2 -o 2.exr"));
+    done(here, "merge 1.halflight 2.halflight -o merged.exr");
+    equal(here, "whole.exr", "merged.exr");
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let small = "--size 16x16 --photons 500";
+    done(here, &format!("render {small} --passes 4 --shard 1/2 -o a.exr"));
+    done(here, &format!("render {small} --passes 2..4 -o b.exr"));
+    done(here, &format!("render {small} --passes 4 --shard 2/2 --seed 1 -o c.exr"));
+    done(here, &format!("render builtin:cornell-spheres {small} --passes 4 --shard 2/2 -o d.exr"));
+    done(here, &format!("render {small} --passes 4 --shard 2/2 --layers visible,depth -o e.exr"));
+    refused(
+        here,
+        "merge a.halflight b.halflight -o m.exr",
+        &["b.halflight", "a.halflight", "pass 2 is in both"],
+    );
+    refused(here, "merge a.halflight a.halflight -o m.exr", &["pass 0 is in both"]);
+    refused(here, "merge a.halflight c.halflight -o m.exr", &["c.halflight", "--seed: 1 there, 0 here"]);
+    refused(here, "merge a.halflight d.halflight -o m.exr", &["d.halflight", "scene: "]);
+    refused(here, "merge a.halflight e.halflight -o m.exr", &["e.halflight", "layers: visible,depth there"]);
+    refused(here, "merge a.halflight nothing.halflight -o m.exr", &["nothing.halflight"]);
+    refused(here, "merge a.halflight a.exr -o m.exr", &["a.exr", "did not write it as one"]);
+    refused(here, "merge a.halflight -o a.halflight", &["a.halflight", "it is read"]);
+    refused(here, "merge a.halflight -o m.tif", &["m.tif", ".exr"]);
+    // Nor is a render gone on with as another.
+    refused(
+        here,
+        &format!("render {small} --passes 4 --seed 2 --resume -o a.exr"),
+        &["a.halflight", "--seed: 0 there, 2 here"],
+    );
+    refused(here, &format!("render {small} --passes 4 --shard 2/2 -o a.exr"), &["a.halflight", "pass 0"]);
+    refused(here, &format!("render {small} --passes 4 --extend -o f.exr"), &["f.halflight", "--resume"]);
+    refused(
+        here,
+        &format!("render {small} --passes 2 --shard 3/3 -o f.exr"),
+        &["--shard 3/3", "fewer shards"],
+    );
+    refused(here, &format!("render {small} --atlas --resume -o f.exr"), &["--atlas", "--resume"]);
+    refused(here, &format!("render {small} --resume -o /dev/null"), &["/dev/null", "device"]);
+}
+
+#[test]
+fn damaged_states_are_refused_in_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let render = "render --size 16x16 --photons 500 --passes 2 -o a.exr";
+    done(here, &format!("{render} --checkpoint 1m"));
+    let state = here.join("a.halflight");
+    let good = fs::read(&state).expect("a state");
+    for (end, flipped) in
+        [(0, 40), (10, 3), (300, 17), (good.len() - 1, 700), (good.len() / 2, good.len() - 1)]
+    {
+        let mut bad = good.clone();
+        bad[flipped] ^= 4;
+        fs::write(&state, bad).expect("written");
+        refused(here, "merge a.halflight -o m.exr", &["a.halflight", "no state to go on from"]);
+        fs::write(&state, &good[..end]).expect("written");
+        refused(here, "merge a.halflight -o m.exr", &["a.halflight", "no state to go on from"]);
+        // Without its first bytes it might be anybody's.
+        if end > 16 {
+            refused(here, &format!("{render} --resume"), &["a.halflight", "no state to go on from"]);
+        }
+    }
+}
+
+#[cfg(unix)]
+mod killed {
+    use super::*;
+    use std::os::unix::process::ExitStatusExt;
+
+    fn command(folder: &Path, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_halflight"));
+        command.current_dir(folder).args(arguments.split_whitespace()).stderr(Stdio::piped());
+        command
+    }
+
+    /// Kills renders at moments that are spread over their lives, until one completes.
+    fn kill_nine(kills: u32) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = folder.path();
+        let passes = 40 + 4 * kills;
+        let render = format!("render {SCENE} --passes {passes}");
+        done(here, &format!("{render} -o whole.exr"));
+        let (mut killed, mut most) = (0, 0.0);
+        let mut wait = 0.05;
+        while killed < kills {
+            let mut child = command(here, &format!("{render} --checkpoint 10ms --resume -o a.exr"))
+                .spawn()
+                .expect("it starts");
+            std::thread::sleep(Duration::from_secs_f64(wait));
+            child.kill().expect("killed");
+            let output = child.wait_with_output().expect("it ends");
+            if output.status.success() {
+                // It was faster; begin again.
+                for name in ["a.exr", "a.png", "a.halflight"] {
+                    fs::remove_file(here.join(name)).expect("there");
+                }
+                most = 0.0;
+            } else {
+                assert_eq!(output.status.signal(), Some(9), "{}", said(&output));
+                killed += 1;
+            }
+            if here.join("a.halflight").exists() {
+                done(here, "merge a.halflight -o now.exr");
+                let now = fact(here, "now.exr", "passes").expect("passes");
+                assert!(now >= most, "{now} passes after {most}");
+                most = now;
+            }
+            // Golden steps: moments of all kinds.
+            wait = 0.02 + (wait + 0.618 * 0.6) % 0.6;
+        }
+        done(here, &format!("{render} --resume -o a.exr"));
+        equal(here, "whole.exr", "a.exr");
+        assert_eq!(leftovers(here), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_render_that_is_killed_ten_times_is_the_single_render_bit_for_bit() {
+        kill_nine(10);
+    }
+
+    #[test]
+    #[ignore = "takes some minutes"]
+    fn a_render_that_is_killed_a_hundred_times_is_the_single_render_bit_for_bit() {
+        kill_nine(110);
+    }
+
+    #[test]
+    fn engines_are_told_by_exit_codes_what_to_do() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = folder.path();
+        let endless = format!("render {SCENE} --passes 100000 -o a.exr");
+        for more in ["--checkpoint 1m", "--resume", "--shard 1/2", "--passes 0..100000"] {
+            let endless = if more.starts_with("--passes") {
+                endless.replace("--passes 100000", "")
+            } else {
+                endless.clone()
+            };
+            let output = halflight(here, &format!("{endless} {more} --stop-after 5s"));
+            assert_eq!(output.status.code(), Some(85), "{more}: {}", said(&output));
+            assert!(fact(here, "a.exr", "passes").expect("passes") >= 1.0);
+            fs::remove_file(here.join("a.halflight")).expect("a state");
+        }
+        for signal in ["-TERM", "-INT"] {
+            let mut child = command(here, &format!("{endless} --resume --progress json --quiet"))
+                .spawn()
+                .expect("it starts");
+            let mut lines = std::io::BufReader::new(child.stderr.take().expect("a pipe"));
+            let mut line = String::new();
+            std::io::BufRead::read_line(&mut lines, &mut line).expect("a line");
+            let json: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+            assert!(json["pass"].as_u64().expect("a number") >= 1 && json["seconds"].is_f64(), "{line}");
+            assert!(["error", "bias", "eta"].iter().all(|name| json.get(name).is_some()), "{line}");
+            Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
+            std::io::Read::read_to_string(&mut lines, &mut line).expect("text");
+            assert_eq!(child.wait().expect("it ends").code(), Some(85), "{line}");
+        }
+        // Planning may take all of --time, and the first pass is completed all the same.
+        let late = halflight(here, "render --size 16x16 --photons 500 --time 1ms --checkpoint 1m -o c.exr");
+        assert!(late.status.success() && here.join("c.halflight").exists(), "{}", said(&late));
+        // Not one pass: to try again would end no better.
+        let huge =
+            "render builtin:cornell-spheres --photons 100000000 --passes 1 --stop-after 300ms -o b.exr";
+        let output = halflight(here, huge);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains("not one pass was complete"), "{}", said(&output));
+    }
+
+    #[test]
+    fn places_that_cannot_take_a_state_are_refused_before_the_render() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = folder.path();
+        let small = "--size 16x16 --photons 500 --passes 2 --resume";
+        fs::write(here.join("a.halflight"), b"of another program").expect("written");
+        refused(here, &format!("render {small} -o a.exr"), &["a.halflight", "--overwrite"]);
+        fs::create_dir(here.join("b.halflight")).expect("a folder");
+        refused(here, &format!("render {small} -o b.exr"), &["b.halflight", "folder"]);
+        let fifo = Command::new("mkfifo").arg(here.join("c.halflight")).status().expect("mkfifo");
+        assert!(fifo.success());
+        refused(here, &format!("render {small} -o c.exr"), &["c.halflight", "pipe"]);
+        refused(here, "merge c.halflight -o m.exr", &["c.halflight"]);
+        std::os::unix::fs::symlink("/dev/full", here.join("f.halflight")).expect("a link");
+        refused(here, &format!("render {small} -o f.exr"), &["f.halflight", "device"]);
+        // The scene itself, by a link.
+        fs::write(here.join("s.gltf"), scene("b.bin", "t.png", 10.0)).expect("written");
+        fs::write(here.join("b.bin"), triangle()).expect("written");
+        std::os::unix::fs::symlink("s.gltf", here.join("d.halflight")).expect("a link");
+        refused(
+            here,
+            &format!("render s.gltf {small} --illumination local -o d.exr"),
+            &["d.halflight", "it is read"],
+        );
+        // A link to elsewhere is followed.
+        fs::create_dir(here.join("store")).expect("a folder");
+        std::os::unix::fs::symlink("store/e.halflight", here.join("e.halflight")).expect("a link");
+        done(here, &format!("render {small} -o e.exr"));
+        assert!(here.join("store/e.halflight").exists());
+        assert!(fs::symlink_metadata(here.join("e.halflight")).expect("there").is_symlink());
+        assert_eq!(leftovers(here), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_state_that_cannot_be_stored_keeps_the_old_one_and_the_render_goes_on() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        let here = folder.path();
+        let render = "render builtin:cornell-spheres --size 24x20 --photons 2000 -o a.exr";
+        done(here, &format!("{render} --passes 2 --checkpoint 1m"));
+        let before = fs::read(here.join("a.halflight")).expect("a state");
+        fs::set_permissions(here.join("a.halflight"), fs::Permissions::from_mode(0o444)).expect("read-only");
+        let output = halflight(here, &format!("{render} --passes 4 --resume"));
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains("read-only"), "{}", said(&output));
+        assert!(fs::read(here.join("a.halflight")).expect("a state") == before);
+    }
+}
+
+#[test]
+fn memory_that_may_not_be_taken_is_refused_before_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    refused(
+        folder.path(),
+        "render --size 4000x4000 --memory 500MB -o a.exr",
+        &["GB of memory and --memory allows 500.0 MB"],
+    );
+    let huge = halflight(folder.path(), "render --size 100000x100000 -o a.exr");
+    assert!(huge.status.code() == Some(2) && said(&huge).contains("1 to 65536 pixels"), "{}", said(&huge));
+    let enough = "render --size 16x16 --photons 500 --passes 1 --memory 500MB -o a.exr";
+    assert!(halflight(folder.path(), enough).status.success());
+}
