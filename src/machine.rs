@@ -27,6 +27,7 @@ pub fn memory() -> Option<MemoryLimit> {
 }
 
 /// The same, but no more than `most` bytes, where those are given.
+#[cfg(feature = "cli")]
 pub fn memory_below(most: Option<u64>) -> Option<MemoryLimit> {
     let asked = most.map(|bytes| MemoryLimit { bytes, of: "--memory allows" });
     memory().into_iter().chain(asked).min_by_key(|limit| limit.bytes)
