@@ -82,7 +82,7 @@ impl Render {
         limits: &Limits,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
-        let mut pace = Pace::new(begin, limits.time, 0);
+        let mut pace = Pace::new(begin, limits.time, self.look(py, |render| render.film().passes()));
         if limits.time.is_some() {
             wait(py, &Stop::default(), || drop(pace.fit(&mut self.locked())))?;
         }

@@ -75,11 +75,15 @@ impl Wanted {
     /// The settings that are its own, on the film of `base` and with the series that `base` has.
     pub fn over(self, base: &Settings) -> Settings {
         let [indirect, caustic] = self.radii;
+        let usual = match self.settings.paths {
+            Some(paths) => Settings::for_film(base.width, base.height).with_paths(paths),
+            None => base.clone(),
+        };
         Settings {
             width: base.width,
             height: base.height,
             max_reflections: base.max_reflections,
-            indirect_radius: indirect.unwrap_or(base.indirect_radius),
+            indirect_radius: indirect.unwrap_or(usual.indirect_radius),
             caustic_radius: caustic.unwrap_or(base.caustic_radius),
             ..self.settings
         }
@@ -88,7 +92,11 @@ impl Wanted {
     /// The settings for a scene, and the layers.
     pub fn on(self, scene: &Scene) -> (Settings, Vec<Layer>) {
         let (width, height) = self.size.unwrap_or_else(|| film_size(scene.camera.aspect));
-        let usual = Settings::for_film(width, height);
+        let of_film = Settings::for_film(width, height);
+        let usual = match self.settings.paths {
+            Some(paths) => of_film.with_paths(paths),
+            None => of_film,
+        };
         let [indirect, caustic] = self.radii;
         let settings = Settings {
             width,

@@ -92,13 +92,17 @@ fn variant(name: &str, options: &str, base: &Settings) -> Result<Variant> {
         return Err(wrong(format!("{option} is the same for all that are compared; leave it out here")));
     }
     let (settings, _) = read.settings.resolve().map_err(|error| wrong(error.to_string()))?;
+    let usual = match settings.paths {
+        Some(paths) => Settings::for_film(base.width, base.height).with_paths(paths),
+        None => base.clone(),
+    };
     let settings = Settings {
         width: base.width,
         height: base.height,
         paths: settings.paths.or(base.paths),
         samples: samples.unwrap_or(base.samples),
         max_reflections: base.max_reflections,
-        indirect_radius: indirect_radius.unwrap_or(base.indirect_radius),
+        indirect_radius: indirect_radius.unwrap_or(usual.indirect_radius),
         ..settings
     };
     Ok(Variant { name: name.into(), settings })
