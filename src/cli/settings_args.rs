@@ -47,8 +47,8 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub samples: Option<u32>,
 
-    /// First gather radius of inter-reflection in pixels: wider is smoother and more biased. Default: 7, or a 32nd of the height of
-    /// the film if that is more.
+    /// First gather radius of inter-reflection in pixels: wider is smoother and more biased. Default: a 28th of the height
+    /// of the film, but 4 at least, and less where --photons is more.
     #[arg(long, value_name = "PIXELS", value_parser = radius)]
     pub indirect_radius: Option<f32>,
 

@@ -1,6 +1,8 @@
 //! What files say of what is around them, and files without a light.
 
 use crate::small::Small;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use exr::prelude::write_rgb_file;
 use halflight::film::Layer;
 use halflight::plan::Settings;
@@ -147,5 +149,39 @@ fn every_file_without_a_light_is_seen_at_once_in_the_studio() {
             let lit = picture.iter().filter(|rgb| rgb.min_element() > 0.01).count();
             assert!(lit > 128, "{}: {lit} of 256 pixels are lit", path.display());
         }
+    }
+}
+
+/// The small file without its lamp, one thing of which has an emissive picture of this strength; with a camera or without.
+fn glowing(strength: f64, camera: bool) -> Scene {
+    let image = crate::images::png(&[[255, 255, 255]]);
+    let uri = format!("data:image/png;base64,{}", STANDARD.encode(image));
+    let mut file = Small::new()
+        .with("/nodes/2", json!({ "name": "Bulb" }))
+        .with("/extensions", Value::Null)
+        .with("/images", json!([{ "uri": uri }]))
+        .with("/textures", json!([{ "source": 0 }]))
+        .with("/materials/0/emissiveFactor", json!([1, 1, 1]))
+        .with("/materials/0/emissiveTexture", json!({ "index": 0 }))
+        .with(
+            "/materials/0/extensions/KHR_materials_emissive_strength",
+            json!({ "emissiveStrength": strength }),
+        );
+    if !camera {
+        file = file.with("/nodes/3", json!({ "name": "Eye" }));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("glowing.gltf");
+    fs::write(&path, file.embedded().json.to_string()).expect("written");
+    Scene::load(&path).expect("a good file")
+}
+
+#[test]
+fn a_model_that_only_glimmers_is_lit_by_the_studio_too_and_a_scene_is_not() {
+    for (strength, camera, studio) in [(1.0, false, true), (20.0, false, false), (1.0, true, false)] {
+        let scene = glowing(strength, camera);
+        assert_eq!(scene.lit_by_studio, studio, "{strength} {camera}: {:?}", scene.notes);
+        let told = scene.notes.iter().any(|note| note.contains("the built-in studio lights it too"));
+        assert_eq!(told, studio);
     }
 }

@@ -17,7 +17,7 @@ fn note(scene: &Scene, needle: &str) -> bool {
 }
 
 /// A PNG of one row of RGB pixels.
-fn png(pixels: &[[u8; 3]]) -> Vec<u8> {
+pub fn png(pixels: &[[u8; 3]]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, pixels.len() as u32, 1);
     encoder.set_color(png::ColorType::Rgb);

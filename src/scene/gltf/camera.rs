@@ -11,6 +11,11 @@ use gltf::json::camera::{Camera as Source, Type};
 use gltf::json::validation::Checked;
 use std::f32::consts::PI;
 
+/// True where the scene has a camera.
+pub(super) fn is_placed(placed: &[Placed<'_>]) -> bool {
+    !cameras(placed).is_empty()
+}
+
 /// The camera of the scene about `origin` that is `wanted`, by its own or its node's name, else by number from 0; else
 /// its first camera; else one that sees all of `mesh`.
 pub(super) fn choose(

@@ -116,7 +116,9 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
     let form = Form { weights, variant };
     scene.shapes = shapes(&accessors, &placed, &form, &mut materials, &mut notes)?;
     scene.materials = materials.finish();
+    let of_meshes = scene.shapes.len();
     area::add(&root, &placed, &mut scene, &mut notes)?;
+    let has_lamps = scene.shapes.len() > of_meshes;
     let wanted = choice.camera.as_deref();
     let mut assembly = scene.assemble(camera::eye(&root, &placed, wanted))?;
     assembly.lines().into_iter().for_each(|line| notes.line(line));
@@ -127,10 +129,12 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
     light(&root, &placed, &mut assembly, &mut notes)?;
     let mut around = choice.around.clone().or(of_file);
     let reflects = scene.materials.iter().any(|material| !material.lobes.is_empty());
-    let by_studio = around.source.is_none() && !is_lit(&assembly) && reflects;
+    let alone = !has_lamps && !camera::is_placed(&placed);
+    let glimmers = alone && is_lit(&assembly) && glows_by_pictures(&root, &assembly);
+    let by_studio = around.source.is_none() && reflects && (glimmers || !is_lit(&assembly));
     if by_studio {
         around.source = Some(Around::Source(Source::Studio));
-        notes.line(no_light(&root));
+        notes.line(if glimmers { LITTLE_LIGHT.to_owned() } else { no_light(&root) });
     } else if assembly.luminaires.is_empty() && !around.shines() {
         let dark = "nothing emits light; name an environment, such as --environment studio".to_owned();
         if !choice.dark {
@@ -180,6 +184,22 @@ fn is_lit(assembly: &Assembly) -> bool {
     let lights = |luminaire: &Luminaire| luminaire.power(1.0).invisible != Vec3::ZERO;
     assembly.luminaires.iter().any(lights)
 }
+
+/// All that shines are emissive pictures at their plain strength: windows of a house, or the visor of a helmet.
+fn glows_by_pictures(root: &Root, assembly: &Assembly) -> bool {
+    if !assembly.luminaires.iter().all(|luminaire| matches!(luminaire, Luminaire::Triangle { .. })) {
+        return false;
+    }
+    let shines = |material: &&gltf::json::Material| material.emissive_factor.0 != [0.0; 3];
+    root.materials.iter().filter(shines).all(|material| {
+        let more = material.extensions.as_ref().and_then(|more| more.emissive_strength.as_ref());
+        material.emissive_texture.is_some() && more.is_none_or(|strength| strength.emissive_strength.0 <= 1.0)
+    })
+}
+
+/// That little lights it, and what does besides.
+const LITTLE_LIGHT: &str = "has no light but emissive textures, and no camera: the built-in studio lights it too; --environment none \
+                            leaves it alone";
 
 /// That nothing lights it, what does, and how to choose.
 fn no_light(root: &Root) -> String {
