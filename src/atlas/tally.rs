@@ -1,7 +1,7 @@
 //! The tally of the atlas: it puts each contribution in its place among the powers of s and t.
 
 use super::places::{ABREAST, ByPlace, Packed, Places};
-use crate::clearance::Reach;
+use crate::clearance::{Reach, SHARES};
 use crate::connect::Connection;
 use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally, is_read, reflected};
 use crate::light::{Light, Matrix, Power, Row};
@@ -160,9 +160,13 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
             self.places.weight(place) * seen;
     }
 
+    /// In a crowd the smallest disk is read: in matter of all powers of s and t at once paths that go on would multiply.
     fn reach(&mut self, here: &Here<'_, 1>) -> Reach {
         let (maps, nearby) = (&self.maps[self.pass], &mut self.nearby[self.pass]);
-        maps.reach(nearby, here.point, here.normal(), here.footprint, here.is_scattered())
+        match maps.reach(nearby, here.point, here.normal(), here.footprint, here.is_scattered()) {
+            Reach::Crowded => Reach::Simple(SHARES[SHARES.len() - 1]),
+            simple => simple,
+        }
     }
 
     fn read(
