@@ -334,7 +334,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let mark = T::reflected(mark, here.rows, here.material);
         for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
             let rows = here.rows.map(|row| row * term.coefficient);
-            if rows.iter().all(|row| row.is_zero()) || !term.lobe.responds(&point.normals, wo) {
+            let dark = rows.iter().all(|row| row.is_zero()) || term.lobe.bound() == Vec3::ZERO;
+            if dark || !term.lobe.responds(&point.normals, wo) {
                 continue;
             }
             let lobe = self.plan.rays.lobe_at(term.lobe, point);
