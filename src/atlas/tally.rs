@@ -1,7 +1,7 @@
 //! The tally of the atlas: it puts each contribution in its place among the powers of s and t.
 
 use super::places::{ABREAST, ByPlace, Packed, Places};
-use crate::clearance::{Reach, SHARES};
+use crate::clearance::Reach;
 use crate::connect::Connection;
 use crate::gather::{Here, Maps, Nearby, Parts, Pixel, Tally, is_read, reflected};
 use crate::light::{Light, Matrix, Power, Row};
@@ -164,7 +164,7 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
     fn reach(&mut self, here: &Here<'_, 1>) -> Reach {
         let (maps, nearby) = (&self.maps[self.pass], &mut self.nearby[self.pass]);
         match maps.reach(nearby, here.point, here.normal(), here.footprint, here.is_scattered()) {
-            Reach::Crowded => Reach::Simple(SHARES[SHARES.len() - 1]),
+            Reach::Crowded => Reach::LEAST,
             simple => simple,
         }
     }

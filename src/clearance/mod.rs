@@ -16,10 +16,13 @@ use glam::Vec3;
 use harm::Ball;
 use tree::Tree;
 
-/// Radii that are tried, as shares of the widest. A third of the noise of a path tracer is less than what the last of them has.
-pub const SHARES: [f32; 4] = [1.0, 0.7, 0.5, 0.35];
-/// Those that serve where a camera path was scattered before: chance adds up over directions there, so that a few photons are enough.
-const SCATTERED: [f32; 7] = [1.0, 0.7, 0.5, 0.35, 0.25, 0.175, 0.125];
+/// Radii that are tried, as shares of the widest. Where a camera path was scattered before all of them serve, as chance adds up over
+/// directions there and a few photons are enough; where it was not, the first of them.
+const SHARES: [f32; 7] = [1.0, 0.7, 0.5, LEAST_SHARE, 0.25, 0.175, 0.125];
+/// So many of them.
+const UNSCATTERED: usize = 4;
+/// The smallest that serves where the camera looks: below, disks had no less noise than paths that go on.
+pub const LEAST_SHARE: f32 = 0.35;
 
 /// How much of a disk may be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,10 +33,15 @@ pub enum Reach {
     Crowded,
 }
 
+impl Reach {
+    /// The smallest disk, simple or not.
+    pub const LEAST: Self = Self::Simple(LEAST_SHARE);
+}
+
 /// All that stands in a scene, indexed for what is near a disk.
 pub struct Clearance {
     tree: Tree,
-    /// By triangle; see [`Rims::sheets`].
+    /// By triangle; see [`Rims::take_sheets`].
     sheets: Vec<u32>,
 }
 
@@ -78,13 +86,13 @@ impl Clearance {
         if sheet == Rims::NO_SHEET {
             return Reach::Crowded;
         }
-        let shares = if scattered { &SCATTERED[..] } else { &SHARES[..] };
+        let tried = if scattered { SHARES.len() } else { UNSCATTERED };
         let disk = Tangent::new(point.position, normal, sheet);
-        let balls: Vec<Ball> = shares.iter().map(|share| Ball::new(share * radius)).collect();
+        let balls = SHARES.map(|share| Ball::new(share * radius));
         let beyond =
             |way: Vec3, corners: &[Vec3; 3], tolerance: f32| rims.parts(near, &disk, way, corners, tolerance);
-        let first = self.tree.first_unharmed(scene, &self.sheets, &disk, &balls, beyond);
-        first.map_or(Reach::Crowded, |first| Reach::Simple(shares[first]))
+        let first = self.tree.first_unharmed(scene, &self.sheets, &disk, &balls[..tried], beyond);
+        first.map_or(Reach::Crowded, |first| Reach::Simple(SHARES[first]))
     }
 
     /// What holds for all disks within `reach` (m) of a point, up to radii of `radius`.

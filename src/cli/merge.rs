@@ -17,7 +17,7 @@ pub struct MergeArgs {
     states: Vec<PathBuf>,
 
     /// What all of them make together: .exr holds all layers and has a PNG preview beside it; .png and .jpg hold what a display
-    /// shows; .halflight is a state again, to be resumed or merged with others.
+    /// shows, .pfm and .hdr linear light; - is an EXR file to standard output; .halflight is a state again, to be resumed or merged with others.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 

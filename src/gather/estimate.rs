@@ -1,6 +1,6 @@
 //! Density estimation: one photon map for each class of paths and each gather radius.
 
-use crate::clearance::{Even, Reach, SHARES};
+use crate::clearance::{Even, LEAST_SHARE, Reach};
 use crate::light::Power;
 use crate::photon::{Orders, PathClass, Photons};
 use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
@@ -48,6 +48,8 @@ pub(crate) struct Tier<P> {
 /// The maps of one pass.
 pub struct Maps<'a, P> {
     plan: &'a Plan,
+    /// Light is read that was scattered before.
+    inter_reflection: bool,
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
@@ -74,7 +76,8 @@ impl<'a, P: Power> Maps<'a, P> {
             .filter(|(_, _, photons)| !photons.is_empty())
             .map(|(class, level, photons)| Tier { class, map: PhotonMap::build(photons), level })
             .collect();
-        Self { plan, rims: &plan.rims, tiers, radii }
+        let inter_reflection = frame.photons.as_ref().is_some_and(|photons| photons.classes.indirect);
+        Self { plan, inter_reflection, rims: &plan.rims, tiers, radii }
     }
 
     /// How much of the disks at a point may be used, on the side of `normal`; see [`irradiance`](Self::irradiance). `scattered`: a
@@ -88,7 +91,8 @@ impl<'a, P: Power> Maps<'a, P> {
         scattered: bool,
     ) -> Reach {
         let clearance = &self.plan.clearance;
-        if self.tiers.is_empty() || clearance.is_empty() {
+        // Not whether photons came: a pass without any must ask as others do.
+        if clearance.is_empty() {
             return Reach::Simple(1.0);
         }
         let around = self.around(nearby, point, normal, footprint);
@@ -96,7 +100,12 @@ impl<'a, P: Power> Maps<'a, P> {
             return Reach::Simple(1.0);
         }
         let radius = self.radii[0] * footprint;
-        clearance.reach(&self.plan.scene, (self.rims, &around.rims), (point, normal), radius, scattered)
+        let rims = (self.rims, &around.rims[..]);
+        match clearance.reach(&self.plan.scene, rims, (point, normal), radius, scattered) {
+            // Nothing that paths could look for.
+            Reach::Crowded if !self.inter_reflection => Reach::LEAST,
+            reach => reach,
+        }
     }
 
     /// Irradiance (W m⁻²) by light of each class, by [`PathClass`], that arrives on the side of `normal` after no more
@@ -170,7 +179,7 @@ impl<'a, P: Power> Maps<'a, P> {
     ) -> [Disk; LEVELS] {
         let share = match reach {
             Reach::Simple(share) => share,
-            Reach::Crowded => SHARES[SHARES.len() - 1],
+            Reach::Crowded => LEAST_SHARE,
         };
         let most = share * self.radii[0];
         let (radii, rims) = (self.radii.map(|radius| radius.min(most) * footprint), &around.rims);
@@ -298,6 +307,24 @@ mod tests {
         for (part, expected) in [(1.0, 3.0), (0.875, 2.25), (0.75, 1.5), (0.5, 1.5), (0.1, 1.5), (1.3, 3.0)] {
             assert!((narrowed(r, part * whole) - expected).abs() < 1e-5, "{part}");
         }
+    }
+
+    #[test]
+    fn a_pass_without_photons_asks_what_others_ask() {
+        use crate::light::Invisible;
+        let scene = crate::scene::Scene::load("builtin:cornell-spheres").expect("built in");
+        let plan = Plan::new(scene, crate::plan::Settings::for_film(64, 64));
+        let frame = Frame::asked(&plan);
+        let maps = Maps::<Invisible>::build(Photons::none(), &plan, &frame, 0);
+        // Each triangle's middle, with disks as wide as a quarter of the room.
+        let reach = |triangle| {
+            let point = plan.scene.mesh.point(triangle, 0.3, 0.3, false);
+            let normal = point.normals.geometric;
+            maps.reach(&mut Nearby::default(), &point, normal, 0.05, false)
+        };
+        let all: Vec<_> = (0..plan.scene.mesh.triangles.len() as u32).map(reach).collect();
+        let crowded = all.iter().filter(|reach| **reach == Reach::Crowded).count();
+        assert!(0 < crowded && crowded < all.len(), "{crowded} of {}", all.len());
     }
 
     #[test]

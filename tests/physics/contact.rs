@@ -19,19 +19,25 @@ fn room(beyond: f32) -> (Build, u32) {
         Build::new(Illumination::GLOBAL, look(Vec3::new(0.1, 1.9, 0.2), Vec3::new(0.1, 0.0, 0.2)));
     build.yfov(0.7);
     let grey = build.material("Grey", diffuse(0.6));
-    let (x, y, z) = (2.0 * Vec3::X, 2.0 * Vec3::Y, 2.0 * Vec3::Z);
+    let (x, z) = (2.0 * Vec3::X, 2.0 * Vec3::Z);
     let corner = Vec3::new(-1.0, 0.0, -1.0);
     let more = beyond * Vec3::new(1.0, 0.0, 1.0);
     build.quad(corner - more, z + 2.0 * beyond * Vec3::Z, x + 2.0 * beyond * Vec3::X, grey);
-    build.quad(corner + y, x, z, grey);
-    build.quad(corner, x, y, grey);
-    build.quad(corner + z, y, x, grey);
-    build.quad(corner, y, z, grey);
-    build.quad(corner + x, z, y, grey);
+    walls(&mut build, corner, Vec3::splat(2.0), grey);
     let lamp = build.material("Lamp", diffuse(0.0));
     build.0.materials[lamp as usize].emission = glow(8.0);
     build.quad(Vec3::new(0.3, 1.5, -0.9), 0.6 * Vec3::Z, 0.6 * Vec3::X, lamp);
     (build, grey)
+}
+
+/// The walls and the ceiling of a room, seen from within.
+fn walls(build: &mut Build, corner: Vec3, size: Vec3, material: u32) {
+    let (x, y, z) = (size.x * Vec3::X, size.y * Vec3::Y, size.z * Vec3::Z);
+    build.quad(corner + y, x, z, material);
+    build.quad(corner, x, y, material);
+    build.quad(corner + z, y, x, material);
+    build.quad(corner, y, z, material);
+    build.quad(corner + x, z, y, material);
 }
 
 /// A box without a bottom where `open`.
@@ -91,13 +97,7 @@ fn no_light_comes_from_the_next_room() {
     build.yfov(1.0);
     let grey = build.material("Grey", diffuse(0.6));
     for left in [-1.0, 0.01] {
-        let (corner, size) = (Vec3::new(left, 0.0, -1.0), Vec3::new(0.99, 2.0, 2.0));
-        let (x, y, z) = (size.x * Vec3::X, size.y * Vec3::Y, size.z * Vec3::Z);
-        build.quad(corner + y, x, z, grey);
-        build.quad(corner, x, y, grey);
-        build.quad(corner + z, y, x, grey);
-        build.quad(corner, y, z, grey);
-        build.quad(corner + x, z, y, grey);
+        walls(&mut build, Vec3::new(left, 0.0, -1.0), Vec3::new(0.99, 2.0, 2.0), grey);
     }
     // One floor lies under both, and under the wall between them.
     build.quad(Vec3::new(-1.0, 0.0, -1.0), 2.0 * Vec3::Z, 2.0 * Vec3::X, grey);
