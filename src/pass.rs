@@ -75,7 +75,8 @@ pub(crate) fn pass_image<const R: usize>(
     planes: &[Layer],
 ) -> PassImage {
     let planes = planes.iter().map(|&layer| (layer, plane(gathered, layer))).collect();
-    PassImage { width: frame.width, height: frame.height, planes }
+    let one_more = gathered.pixels.iter().map(|pixel| pixel.one_more).collect();
+    PassImage { width: frame.width, height: frame.height, planes, one_more: Some(one_more) }
 }
 
 fn path_pass(plan: &Plan, frame: &Frame, strength: Strength, pass: u32, planes: &[Layer]) -> PassImage {
@@ -92,7 +93,7 @@ fn path_pass(plan: &Plan, frame: &Frame, strength: Strength, pass: u32, planes: 
         _ => unreachable!("layers were checked"),
     };
     let planes = planes.iter().map(|&layer| (layer, plane(layer))).collect();
-    PassImage { width, height, planes }
+    PassImage { width, height, planes, one_more: None }
 }
 
 fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {

@@ -14,6 +14,11 @@ pub enum PathClass {
     Indirect = 2,
 }
 
+impl PathClass {
+    /// All of them, by their numbers.
+    pub const ALL: [Self; 3] = [Self::Direct, Self::Caustic, Self::Indirect];
+}
+
 /// Light that arrived at a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon<P> {

@@ -205,7 +205,7 @@ fn reflected(plan: &Plan, passes: u32) -> Film {
         let PassImage { mut planes, .. } = render_pass(plan, &frame, pass, &layers).0;
         let emitted = planes[1].1.clone();
         planes[0].1.iter_mut().zip(emitted).for_each(|(visible, emitted)| *visible -= emitted);
-        film.add(&PassImage { width, height, planes });
+        film.add(&PassImage { width, height, planes, one_more: None });
     }
     film
 }

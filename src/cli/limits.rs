@@ -13,7 +13,7 @@ pub struct Limits {
     pub passes: Option<u32>,
     /// So much time.
     pub time: Option<Duration>,
-    /// Relative error below this.
+    /// Relative error below this, and to be trusted.
     pub error: Option<f64>,
 }
 
@@ -28,7 +28,7 @@ impl Limits {
                 && self
                     .error
                     .zip(error)
-                    .is_some_and(|(limit, error)| error.total() <= limit || is_lost(error)))
+                    .is_some_and(|(limit, error)| is_below(error, limit) || is_lost(error)))
     }
 
     /// An error to reach that never can be.
@@ -40,6 +40,11 @@ impl Limits {
             _ => Ok(()),
         }
     }
+}
+
+/// An error that rests upon few events may be far larger than it looks.
+fn is_below(error: ErrorEstimate, limit: f64) -> bool {
+    error.total() <= limit && error.is_trusted()
 }
 
 /// Once a pixel is not finite the error never is again.

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, StateFile, StateHead, write_state};
 use crate::machine;
 use crate::memory::words;
+use crate::render::tell_error;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -44,6 +45,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     files.iter().try_for_each(|files| files.check_size((whole.width, whole.height)))?;
     let film = film(&args.states, &heads, &whole)?;
     whole.facts = whole.header();
+    tell_error(&mut whole.facts, &film);
     if let Some(state) = state {
         write_state(state, &whole, &film)?;
     }

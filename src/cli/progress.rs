@@ -126,24 +126,26 @@ fn tell_json(passes: u32, elapsed: Duration, error: Option<ErrorEstimate>, left:
         "seconds": elapsed.as_secs_f64(),
         "error": error.map(ErrorEstimate::total),
         "bias": error.map(|error| error.bias),
+        "trusted": error.map(ErrorEstimate::is_trusted),
         "eta": left.map(|left| left.as_secs_f64()),
     });
     say(line);
 }
 
 fn describe(error: ErrorEstimate) -> String {
-    let ErrorEstimate { noise, bias } = error;
+    let ErrorEstimate { noise, bias, .. } = error;
     if !error.total().is_finite() {
         return "error unknown, some pixels are not finite numbers".into();
     }
+    let doubt = if error.is_trusted() { "" } else { ", not to be trusted yet" };
     if bias > 0.0 {
         format!(
-            "error {:.2} % (noise {:.2} %, bias {:.2} %)",
+            "error {:.2} % (noise {:.2} %, bias {:.2} %{doubt})",
             100.0 * error.total(),
             100.0 * noise,
             100.0 * bias
         )
     } else {
-        format!("error {:.2} %", 100.0 * noise)
+        format!("error {:.2} %{doubt}", 100.0 * noise)
     }
 }

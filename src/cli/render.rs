@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, Preview, StateFile};
 use crate::mattes::Mattes;
 use crate::plan::Settings;
-use crate::render::{Pace, Render, key};
+use crate::render::{ErrorEstimate, Pace, Render, key, tell_error};
 use crate::scene::names::listed;
 use clap::Args;
 use std::fmt::Display;
@@ -162,6 +162,9 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     }
     let written = writer.at_the_end(&render)?;
     args.tell(&format_args!("wrote {written}"));
+    if let Some(doubt) = render.error().and_then(ErrorEstimate::warning) {
+        args.tell(&format_args!("note: {doubt}"));
+    }
     limits.check(render.error())?;
     Ok(match end {
         End::Complete if keep.asked => ExitCode::SUCCESS,
@@ -184,7 +187,9 @@ fn complete_already(
     let head = state.head().clone();
     let mut film = Film::new(head.width, head.height, &head.layers);
     state.add_to(&mut film)?;
-    write_picture(files, &film, head.header(), (None, mattes), preview)?;
+    let mut header = head.header();
+    tell_error(&mut header, &film);
+    write_picture(files, &film, header, (None, mattes), preview)?;
     let written = files.describe();
     args.tell(&format_args!("complete: the state has all {} passes; wrote {written}", head.passes.len()));
     Ok(ExitCode::SUCCESS)

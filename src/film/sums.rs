@@ -5,6 +5,7 @@ use crate::film::header::Header;
 use crate::film::image::Image;
 use crate::film::layer::Layer;
 use crate::film::passes::{PassSet, half};
+use crate::film::peaks::Peaks;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -18,6 +19,9 @@ pub struct PassImage {
     /// One plane of `width · height` values per accumulated layer, row-major from top left: linear RGB radiance,
     /// or a vector; [`Layer::Depth`] uses `x` only.
     pub planes: Vec<(Layer, Vec<Vec3>)>,
+    /// What one photon more than came would have added to each pixel of `Visible`; the error bar counts one more than came, so that
+    /// no place where none did is taken for certainly dark. None: no photons serve.
+    pub one_more: Option<Vec<f32>>,
 }
 
 /// The sums of all passes so far. Every pass counts alike; passes are independent and identically distributed
@@ -46,6 +50,8 @@ pub(super) struct Sums {
     /// The average colour of each pass, and its square. Pixels of one pass share photons, so this spread cannot
     /// be had from that of the pixels.
     pub colour: [Row<i128>; 2],
+    /// Maxima, which do not depend on order either.
+    pub peaks: Vec<Peaks>,
 }
 
 impl Sums {
@@ -57,6 +63,7 @@ impl Sums {
             squares: (0..height).map(|_| Row::new(row)).collect(),
             bias: [plane(), plane()],
             colour: [Row::new(3), Row::new(3)],
+            peaks: (0..height).map(|_| Peaks::new(width as usize)).collect(),
         }
     }
 
@@ -68,6 +75,7 @@ impl Sums {
         add_rows(&mut self.squares, &other.squares);
         self.bias.iter_mut().zip(&other.bias).for_each(|(to, from)| add_rows(to, from));
         self.colour.iter_mut().zip(&other.colour).for_each(|(to, from)| to.add_row(from));
+        self.peaks.iter_mut().zip(&other.peaks).for_each(|(to, from)| to.join(from));
     }
 
     /// Sums and sums of squares of `Visible`, row by row.
@@ -108,7 +116,7 @@ impl Film {
         let summed = |layer: &&Layer| !matches!(layer, Layer::Visible | Layer::Error | Layer::Bias);
         let planes = 1 + layers.iter().filter(summed).count() + 2;
         let number = planes * Row::<i64>::BYTES + Row::<i128>::BYTES;
-        3 * number * width as usize * height as usize
+        (3 * number + Peaks::BYTES) * width as usize * height as usize
     }
 
     /// Pixels per row.
@@ -163,8 +171,10 @@ impl Film {
             assert_eq!(plane.len(), pixels, "a {layer} plane of another size");
             add_plane(rows, plane, width);
             if *layer == Layer::Visible {
-                let rows = self.sums.squares.par_iter_mut().zip(plane.par_chunks(width));
-                let totals: Vec<DVec3> = rows.map(|(row, plane)| add_squares(row, plane)).collect();
+                let rows = self.sums.squares.par_iter_mut().zip(&mut self.sums.peaks);
+                let rows = rows.zip(plane.par_chunks(width));
+                let totals: Vec<DVec3> =
+                    rows.map(|((row, peaks), plane)| add_squares(row, peaks, plane)).collect();
                 let colour = totals.iter().sum::<DVec3>() / (pixels.max(1) as f64);
                 for (channel, x) in colour.to_array().into_iter().enumerate() {
                     self.sums.colour[0].add_average(channel, x, false);
@@ -174,6 +184,10 @@ impl Film {
         }
         if let Some((_, plane)) = plane_of(Layer::Bias) {
             add_plane(&mut self.sums.bias[half(pass)], plane, width);
+        }
+        if let Some(one_more) = &image.one_more {
+            let rows = self.sums.peaks.iter_mut().zip(one_more.chunks(width));
+            rows.for_each(|(peaks, one_more)| peaks.meet_one_more(one_more));
         }
     }
 
@@ -201,15 +215,28 @@ impl Film {
 
     /// The standard error of the mean of `Visible`, per pixel and channel, in its unit. Below two passes nothing
     /// is known of it, which reads `f32::INFINITY`.
+    ///
+    /// Of photons it counts one more than came: where n arrived in all, the variance is that of n + 1, and where none did, it is what
+    /// one would have brought.
     pub fn standard_error(&self) -> Vec<Vec3> {
         if self.passes() < 2 {
             return vec![Vec3::INFINITY; self.width as usize * self.height as usize];
         }
+        let rows = self.variances().map(|row| row.into_iter().map(|(_, variance)| variance).collect());
+        pixels(rows, f64::sqrt)
+    }
+
+    /// Row by row of the picture, of each channel: the mean, and the variance of it. From two passes on.
+    fn variances(&self) -> impl IndexedParallelIterator<Item = Vec<(f64, f64)>> + '_ {
         let (scale, n) = (self.variance_scale(), f64::from(self.passes()));
-        let rows = self.sums.visible().map(|(sums, squares)| {
-            (0..sums.len()).map(|i| spread(sums.pair(i), squares.pair(i), n)).collect()
-        });
-        pixels(rows, move |spread| (spread * scale).sqrt())
+        self.sums.visible().zip(&self.sums.peaks).map(move |((sums, squares), peaks)| {
+            let each = |i: usize| {
+                let sum: Pair = sums.pair(i);
+                let one_more = peaks.one_more(i / 3) / n;
+                (sum.high / n, spread(sum, squares.pair(i), n) * scale + one_more * one_more)
+            };
+            (0..sums.len()).map(each).collect()
+        })
     }
 
     /// The expected root of relMSE: √(mean over pixels and channels of se²/(mean² + 0.01²)). None below two passes.
@@ -217,15 +244,9 @@ impl Film {
         if self.passes() < 2 {
             return None;
         }
-        let (scale, n) = (self.variance_scale(), f64::from(self.passes()));
-        let rows = self.sums.visible().map(|(sums, squares)| {
-            let relative = |i| {
-                let sum: Pair = sums.pair(i);
-                let mean = sum.high / n;
-                spread(sum, squares.pair(i), n) * scale / (mean * mean + DARK)
-            };
-            (0..sums.len()).map(relative).sum::<f64>()
-        });
+        let rows = self
+            .variances()
+            .map(|row| row.into_iter().map(|(mean, variance)| variance / (mean * mean + DARK)).sum::<f64>());
         Some((self.mean_over_numbers(rows)).sqrt())
     }
 
@@ -300,14 +321,14 @@ impl Film {
     }
 
     /// What turns a sum of squared deviations into the variance of the mean.
-    fn variance_scale(&self) -> f64 {
+    pub(super) fn variance_scale(&self) -> f64 {
         let n = f64::from(self.passes());
         1.0 / (n * (n - 1.0))
     }
 }
 
 /// What is added to the square of a mean, so that the error of a dark pixel counts little: 0.01².
-const DARK: f64 = 1e-4;
+pub(super) const DARK: f64 = 1e-4;
 
 /// Pixels of rows of numbers, after something was done to each.
 fn pixels(rows: impl ParallelIterator<Item = Vec<f64>>, each: impl Fn(f64) -> f64 + Sync) -> Vec<Vec3> {
@@ -315,13 +336,14 @@ fn pixels(rows: impl ParallelIterator<Item = Vec<f64>>, each: impl Fn(f64) -> f6
     rows.flat_map_iter(|row| row.chunks_exact(3).map(pixel).collect::<Vec<_>>()).collect()
 }
 
-/// Adds the squares of a row and returns the sum of it.
-fn add_squares(row: &mut Row<i128>, plane: &[Vec3]) -> DVec3 {
+/// Adds the squares of a row, meets its peaks, and returns the sum of it.
+fn add_squares(row: &mut Row<i128>, peaks: &mut Peaks, plane: &[Vec3]) -> DVec3 {
     let mut total = DVec3::ZERO;
     for (pixel, value) in plane.iter().enumerate() {
         for (channel, x) in value.to_array().into_iter().enumerate() {
             row.add_square_of_f32(3 * pixel + channel, x);
         }
+        peaks.meet(pixel, value.as_dvec3().length() as f32);
         total += value.as_dvec3();
     }
     total

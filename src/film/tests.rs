@@ -26,7 +26,7 @@ impl Noise {
 fn pass(width: u32, height: u32, layers: &[Layer], mut value: impl FnMut() -> Vec3) -> PassImage {
     let pixels = (width * height) as usize;
     let planes = layers.iter().map(|&layer| (layer, (0..pixels).map(|_| value()).collect())).collect();
-    PassImage { width, height, planes }
+    PassImage { width, height, planes, one_more: None }
 }
 
 fn noisy_film(width: u32, height: u32, layers: &[Layer], passes: u32) -> Film {
@@ -151,6 +151,7 @@ fn a_pixel_that_is_not_a_number_stays_one() {
             width: 2,
             height: 1,
             planes: vec![(Layer::Visible, vec![Vec3::splat(value), Vec3::ONE])],
+            one_more: None,
         });
     }
     assert!(film.mean(Layer::Visible)[0].is_nan() && film.standard_error()[0].is_nan());
@@ -350,4 +351,22 @@ fn damaged_files_are_errors_never_panics() {
         assert!(matches!(read_exr(&file), Err(Error::Image { .. })));
     }
     assert!(matches!(read_exr("no/such.exr".as_ref()), Err(Error::Read { .. })));
+}
+
+#[test]
+fn one_photon_more_than_came_is_counted() {
+    let mut film = Film::new(2, 1, &[]);
+    // 0.5 and 0.25 are held exactly in any precision.
+    for (value, one_more) in [(1.0, 0.25), (1.0, 0.5), (4.0, 0.25)] {
+        film.add(&PassImage {
+            width: 2,
+            height: 1,
+            planes: vec![(Layer::Visible, vec![Vec3::ZERO, Vec3::splat(value)])],
+            one_more: Some(vec![one_more, one_more]),
+        });
+    }
+    let error = film.standard_error();
+    // Nothing came to the first: one photon of three passes, as strong as any was. To the second, a variance of 1 and that.
+    assert!((error[0].x - 0.5 / 3.0).abs() < 1e-6, "{error:?}");
+    assert!((error[1].y - (1.0 + 0.25_f32 / 9.0).sqrt()).abs() < 1e-6, "{error:?}");
 }

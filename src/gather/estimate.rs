@@ -2,12 +2,13 @@
 
 use crate::clearance::{Even, LEAST_SHARE, Reach};
 use crate::light::Power;
-use crate::photon::{Orders, PathClass, Photons};
+use crate::photon::{Orders, PathClass, Photon, Photons};
 use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
 use crate::plan::{Frame, LEVELS, Plan};
 use crate::rims::Rims;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
+use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// How fast the radius shrinks from pass to pass: variance falls as passes^-α, bias as passes^(α−1).
@@ -35,6 +36,9 @@ pub struct Irradiance<P> {
     /// An estimate of its bias, as noisy: 2 (E(r) − E(r/2)). Right where the bias is linear in the radius, as near
     /// rims and shadows, and 3/2 of it where it is quadratic, as where light varies smoothly.
     pub bias: P,
+    /// What one photon more than came, of the power that most of it comes with, would add. Not of caustics, if some came anywhere: in
+    /// most places there are none.
+    pub one_more: P,
 }
 
 /// Photons of one class that are gathered with one radius.
@@ -43,6 +47,8 @@ pub(crate) struct Tier<P> {
     pub map: PhotonMap<P>,
     /// Which of the radii.
     level: usize,
+    /// Mean power (W) of its photons, each counted by its power.
+    typical: P,
 }
 
 /// The maps of one pass.
@@ -53,6 +59,8 @@ pub struct Maps<'a, P> {
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
+    /// Classes of which a photon might have come, and none did; and the power (W) that a path began with.
+    missing: (Vec<PathClass>, P),
     /// Gather radii in pixel footprints, from the widest: those of [caustics](Frame::caustic_radii), of which the widest
     /// also serves inter-reflection and direct light.
     radii: [f32; LEVELS],
@@ -63,6 +71,7 @@ impl<'a, P: Power> Maps<'a, P> {
     pub fn build(photons: Photons<P>, plan: &'a Plan, frame: &Frame, pass: u32) -> Self {
         let shrink = radius_factor(pass);
         let radii = frame.caustic_radii().map(|radius| radius * shrink);
+        let missing = missing(&photons, frame);
         let [direct, caustic, indirect] = photons.by_class;
         let mut caustics = [(); LEVELS].map(|()| Vec::new());
         for photon in caustic {
@@ -74,10 +83,13 @@ impl<'a, P: Power> Maps<'a, P> {
         let tiers = tiers
             .chain(caustics)
             .filter(|(_, _, photons)| !photons.is_empty())
-            .map(|(class, level, photons)| Tier { class, map: PhotonMap::build(photons), level })
+            .map(|(class, level, photons)| {
+                let typical = typical(&photons);
+                Tier { class, map: PhotonMap::build(photons), level, typical }
+            })
             .collect();
         let inter_reflection = frame.photons.as_ref().is_some_and(|photons| photons.classes.indirect);
-        Self { plan, inter_reflection, rims: &plan.rims, tiers, radii }
+        Self { plan, inter_reflection, rims: &plan.rims, tiers, missing, radii }
     }
 
     /// How much of the disks at a point may be used, on the side of `normal`; see [`irradiance`](Self::irradiance). `scattered`: a
@@ -120,12 +132,12 @@ impl<'a, P: Power> Maps<'a, P> {
         most_reflections: u16,
     ) -> [Irradiance<P>; 3] {
         let mut by_class = [Irradiance::default(); 3];
-        if self.tiers.is_empty() {
+        if self.tiers.is_empty() && self.missing.0.is_empty() {
             return by_class;
         }
         let around = self.around(nearby, point, normal, footprint);
         let disks = self.disks(around, point, normal, (footprint, reach));
-        for (Tier { class, map, level }, near) in self.tiers.iter().zip(&around.photons) {
+        for (Tier { class, map, level, typical }, near) in self.tiers.iter().zip(&around.photons) {
             if !is_read(*class, reach) {
                 continue;
             }
@@ -136,6 +148,13 @@ impl<'a, P: Power> Maps<'a, P> {
             irradiance.value += whole;
             // E(r) − E(r/2) is half of a bias that is linear in r.
             irradiance.bias += (whole + half.scaled(-1.0)).scaled(2.0);
+            if *class != PathClass::Caustic {
+                irradiance.one_more += typical.scaled(disk.over_whole);
+            }
+        }
+        let (classes, power) = &self.missing;
+        for class in classes.iter().filter(|class| is_read(**class, reach)) {
+            by_class[*class as usize].one_more += power.scaled(disks[0].over_whole);
         }
         by_class
     }
@@ -226,6 +245,32 @@ impl<P: Power> Tier<P> {
     ) -> Flux<P> {
         self.map.find(near, place, disk.radius, most_reflections, found)
     }
+}
+
+/// Mean power of photons, each counted by its power; the same sum however many threads there are.
+fn typical<P: Power>(photons: &[Photon<P>]) -> P {
+    const TOGETHER: usize = 4096;
+    let sums: Vec<(P, f32)> = photons
+        .par_chunks(TOGETHER)
+        .map(|some| {
+            some.iter().fold((P::default(), 0.0), |(squares, sum), photon| {
+                let power = photon.power.total();
+                (squares + photon.power.scaled(power), sum + power)
+            })
+        })
+        .collect();
+    let zero = (P::default(), 0.0);
+    let (squares, sum) = sums.into_iter().fold(zero, |all, some| (all.0 + some.0, all.1 + some.1));
+    if sum > 0.0 { squares.scaled(1.0 / sum) } else { P::default() }
+}
+
+/// Classes that are shot and of which nothing came, and the power of a path at its start, in each component alike.
+fn missing<P: Power>(photons: &Photons<P>, frame: &Frame) -> (Vec<PathClass>, P) {
+    let Some(plan) = &frame.photons else { return (Vec::new(), P::default()) };
+    let came = |class: PathClass| !photons.by_class[class as usize].is_empty();
+    let missing = PathClass::ALL.into_iter().filter(|class| plan.classes.contains(*class) && !came(*class));
+    let power = photons.ledger.emitted / (f64::from(plan.paths.max(1)) * P::COMPONENTS as f64);
+    (missing.collect(), P::from_components(|_| power as f32))
 }
 
 /// True where light of this class is read from photons; in a crowd only that which camera paths do not find.

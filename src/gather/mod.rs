@@ -45,6 +45,8 @@ pub struct Pixel<const R: usize> {
     pub albedo: Vec3,
     /// Estimated bias of the finite gather radius in the visible picture.
     pub bias: Vec3,
+    /// What one photon more of each class than came would have added to the visible picture, in the channel that it adds most to.
+    pub one_more: f32,
 }
 
 /// The radiance of a pixel by class of light path.
@@ -125,5 +127,6 @@ impl<const R: usize> Pixel<R> {
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
         bias: Vec3::ZERO,
+        one_more: 0.0,
     };
 }

@@ -81,14 +81,13 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         let (normal, most) = (here.normal(), here.most_counted());
         let disk = (here.footprint, here.reach);
         let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, disk, most);
-        for (class, irradiance) in
-            [PathClass::Direct, PathClass::Caustic, PathClass::Indirect].into_iter().zip(irradiance)
-        {
+        for (class, irradiance) in PathClass::ALL.into_iter().zip(irradiance) {
             let value = irradiance.value.filtered(f);
             for (parts, row) in pixel.parts.iter_mut().zip(rows) {
                 *parts.of(here.class(class)) += value.read(row);
             }
             pixel.bias += irradiance.bias.filtered(f).read(rows[0]);
+            pixel.one_more += irradiance.one_more.filtered(f).read(rows[0]).abs().max_element();
         }
     }
 }

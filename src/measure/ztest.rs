@@ -223,7 +223,12 @@ mod tests {
                 factor(i) * t * Vec3::from_array(own)
             };
             let plane = truth().into_iter().enumerate().map(value).collect();
-            film.add(&PassImage { width: SIDE, height: SIDE, planes: vec![(Layer::Visible, plane)] });
+            film.add(&PassImage {
+                width: SIDE,
+                height: SIDE,
+                planes: vec![(Layer::Visible, plane)],
+                one_more: None,
+            });
         }
         Estimate::from_film(&film).unwrap()
     }

@@ -15,7 +15,7 @@ pub use state::{ESTIMATORS, another_picture, key};
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};
 use crate::existence::{Existence, Multiplication};
-use crate::film::{Film, Header, Key, Layer, Schedule};
+use crate::film::{Doubt, Film, Header, Key, Layer, Schedule};
 use crate::pass::pass_image;
 use crate::path_trace::unreachable_luminaires;
 use crate::plan::{Frame, Method, Plan, Settings};
@@ -130,7 +130,7 @@ impl Render {
 
     /// How far the picture is from the truth, as far as it can tell. None below two passes.
     pub fn error(&self) -> Option<ErrorEstimate> {
-        Some(ErrorEstimate { noise: self.film.relative_error()?, bias: self.film.relative_bias()? })
+        ErrorEstimate::of(&self.film)
     }
 
     /// Renders the next pass and adds it to the film.
@@ -195,6 +195,7 @@ impl Render {
         if let Some(most) = settings.max_reflections {
             header.set("max_reflections", most);
         }
+        tell_error(&mut header, &self.film);
         header
     }
 }
@@ -207,13 +208,46 @@ pub struct ErrorEstimate {
     pub noise: f64,
     /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it.
     pub bias: f64,
+    /// How far these rest upon few events.
+    pub doubt: Doubt,
 }
 
 impl ErrorEstimate {
+    /// Of the passes of a film. None below two, or as long as all are of one half.
+    pub fn of(film: &Film) -> Option<Self> {
+        let (noise, bias) = (film.relative_error()?, film.relative_bias()?);
+        Some(Self { noise, bias, doubt: film.doubt()? })
+    }
+
+    /// Whether the error can be trusted; where not, what is known to exist came too seldom to be judged.
+    pub fn is_trusted(self) -> bool {
+        self.doubt.reasons(self.total()).is_empty()
+    }
+
+    /// What to tell whoever looks at an error that cannot be trusted. None: it can.
+    pub fn warning(self) -> Option<String> {
+        let reasons = self.doubt.reasons(self.total()).join("; ");
+        (self.total().is_finite() && !reasons.is_empty()).then(|| {
+            format!("the error cannot be trusted yet, as it rests upon few bright paths: {reasons}; more passes will show")
+        })
+    }
+
     /// Both together.
     pub fn total(self) -> f64 {
         self.noise.hypot(self.bias)
     }
+}
+
+/// Facts that follow from the passes of a film: how far the picture is from the truth, and whether that can be trusted.
+pub fn tell_error(header: &mut Header, film: &Film) {
+    let Some(error) = ErrorEstimate::of(film) else { return };
+    let yes = |is: bool| if is { "yes" } else { "no" };
+    header.set("relative_error", error.total());
+    header.set("relative_bias", error.bias);
+    header.set("error_is_trusted", yes(error.is_trusted()));
+    header.set("error_variance_of_variance", error.doubt.variance_of_variance);
+    header.set("light_of_single_passes", error.doubt.single);
+    header.set("noise_by_other_passes", error.doubt.noise);
 }
 
 type Planned = (Plan, Frame, Option<AtlasRun>);

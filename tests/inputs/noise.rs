@@ -122,7 +122,7 @@ fn picture() -> Vec<u8> {
     let mut film = Film::new(5, 3, &layers);
     let planes =
         film.accumulated().map(|layer| (layer, (0..15).map(|i| Vec3::splat(i as f32)).collect())).collect();
-    film.add(&PassImage { width: 5, height: 3, planes });
+    film.add(&PassImage { width: 5, height: 3, planes, one_more: None });
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("picture.exr");
     write_exr(&path, &film, &Header::new()).expect("written");

@@ -105,3 +105,38 @@ fn bias_is_seen_where_the_radius_is_large() {
     assert!(real > 0.02, "the example has no bias: {real}");
     assert!((0.5..=2.0).contains(&(shown / real)), "shows {shown:.4}, is {real:.4}");
 }
+
+#[test]
+fn where_no_photon_came_the_truth_is_within_the_bar() {
+    let scene = cornell(Illumination::GLOBAL);
+    let settings =
+        |paths| Settings { paths: Some(paths), direct: Direct::Photons, seed: 7, ..Settings::default() };
+    let few = render(&scene, Settings { indirect_radius: 0.7, ..settings(400) }, 4);
+    let truth = render(&scene, Settings { indirect_radius: 0.7, ..settings(200_000) }, 16);
+    let (mean, error) = (few.film().mean(Layer::Visible), few.film().standard_error());
+    let truth = truth.film().mean(Layer::Visible);
+    let dark = |factor: f32| {
+        let empty = (0..mean.len()).filter(|i| mean[*i] == glam::Vec3::ZERO && truth[*i].max_element() > 0.0);
+        let within = |i: &usize| truth[*i].max_element() <= factor * 3.0 * error[*i].max_element();
+        let (all, within) = empty.fold((0, 0), |(all, held), i| (all + 1, held + usize::from(within(&i))));
+        (all, f64::from(within) / f64::from(all.max(1)))
+    };
+    // Nothing comes where three are expected once in twenty times.
+    let (empty, held) = dark(1.0);
+    assert!(empty > 20 && held > 0.95, "{held} of {empty}");
+    // And the bar is not so wide that it says nothing.
+    assert!(dark(0.1).1 < 0.5, "{:?}", dark(0.1));
+}
+
+#[test]
+fn an_error_that_rests_on_rare_bright_paths_says_so() {
+    // A lamp of a few centimetres, which paths that know nothing of it come upon once in some thousand reflections.
+    let scene = Scene::load("builtin:caustic-box").expect("built in");
+    let plain = Settings { method: Method::PathPlain, samples: 1, seed: 4, ..Settings::default() };
+    let error = render(&scene, plain, 16).error().expect("passes");
+    assert!(error.doubt.single > error.total() && !error.is_trusted(), "{error:?}");
+    assert!(error.warning().is_some_and(|warning| warning.contains("came in single passes")), "{error:?}");
+    let shot = render(&scene, Settings { paths: Some(100_000), seed: 4, ..Settings::default() }, 16);
+    let error = shot.error().expect("passes");
+    assert!(error.is_trusted() && error.warning().is_none(), "{error:?}");
+}

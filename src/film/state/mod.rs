@@ -15,7 +15,7 @@ pub use write::write_state;
 /// What a file of ours begins with.
 pub const MAGIC: &[u8; 16] = b"halflight-state\n";
 /// Of the format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The longest head that is read, in bytes: some hundred thousand runs of passes.
 const LONGEST_HEAD: u32 = 1 << 24;
 

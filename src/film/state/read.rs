@@ -1,6 +1,7 @@
 //! States from files, row by row: the memory of a row.
 
 use super::super::exact::{Number, Row, Whole};
+use super::super::peaks::Peaks;
 use super::super::sums::Film;
 use super::{
     BYTES, FAR, INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NEGATIVE, NOT_A_NUMBER, StateHead,
@@ -69,14 +70,15 @@ impl StateFile {
         let mut colours = bytes.as_slice();
         sums.colour.iter_mut().try_for_each(|row| numbers(&mut colours, row))?;
         ends(colours)?;
-        let longest = longest(planes(head), 3 * head.width as usize);
+        let width = head.width as usize;
+        let longest = longest(planes(head), 3 * width) + Peaks::BYTES * width;
         for y in 0..head.height as usize {
             block(rest, &mut bytes, longest)?;
             let mut row = bytes.as_slice();
             sums.layers.iter_mut().try_for_each(|(_, rows)| numbers(&mut row, &mut rows[y]))?;
             numbers(&mut row, &mut sums.squares[y])?;
             sums.bias.iter_mut().try_for_each(|rows| numbers(&mut row, &mut rows[y]))?;
-            ends(row)?;
+            peaks(row, &mut sums.peaks[y], head.width as usize)?;
         }
         match rest.read(&mut [0]) {
             Ok(0) => Ok(()),
@@ -148,6 +150,15 @@ fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()>
 }
 
 const MISFIT: &str = "a row does not hold what it should";
+
+/// Takes in the maxima of a row, which end it.
+fn peaks(bytes: &[u8], row: &mut Peaks, width: usize) -> Found<()> {
+    if bytes.len() != Peaks::BYTES * width {
+        return Err(MISFIT.into());
+    }
+    let bits: Vec<u16> = bytes.chunks_exact(2).map(|two| u16::from_le_bytes([two[0], two[1]])).collect();
+    if row.join_bits(&bits) { Ok(()) } else { Err("a maximum in it is none".into()) }
+}
 
 fn ends(rest: &[u8]) -> Found<()> {
     if rest.is_empty() { Ok(()) } else { Err(MISFIT.into()) }

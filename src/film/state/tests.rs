@@ -33,7 +33,7 @@ fn image(pass: u32) -> PassImage {
         let pixel = |at: usize| Vec3::from_array([0, 1, 2].map(|axis| value(pass, layer, 3 * at + axis)));
         (layer, (0..(width * height) as usize).map(pixel).collect())
     });
-    PassImage { width, height, planes: planes.into() }
+    PassImage { width, height, planes: planes.into(), one_more: None }
 }
 
 fn film(passes: impl IntoIterator<Item = u32>) -> Film {
