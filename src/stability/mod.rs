@@ -2,6 +2,7 @@
 //! result is from it. `halflight check` prints it as a table; the physics tests run the same functions.
 
 mod build;
+mod contact;
 mod counts;
 mod geometry;
 mod glass;
@@ -183,6 +184,7 @@ pub fn cases() -> Vec<Case> {
         sky::CASES,
         glass::CASES,
         geometry::CASES,
+        contact::CASES,
         counts::CASES,
         matter::CASES,
     ];

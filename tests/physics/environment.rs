@@ -202,8 +202,9 @@ fn caustic_power(radius: f64, height: f64, half: f64, ior: f64) -> f64 {
     PI * radius * radius * each.sum::<f64>() / f64::from(n)
 }
 
-#[test]
-fn the_caustic_of_a_ball_under_the_sun_has_the_power_of_fresnels_formulas() {
+/// A ball under a sun, over a floor of so many metres to each side, must show the caustic of [`caustic_power`].
+#[track_caller]
+fn must_show_its_caustic(floor_half: f32) {
     let (radius, ior) = (0.25_f32, 1.5_f32);
     // From below, through a floor that only absorbs what it does not show; the picture covers the caustic and no more.
     let mut build = Build::new(Illumination::GLOBAL, look(Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO));
@@ -216,7 +217,8 @@ fn the_caustic_of_a_ball_under_the_sun_has_the_power_of_fresnels_formulas() {
     ));
     let floor = build.material("Floor", diffuse(0.5));
     let glass = build.material("Glass", Lobe::Dielectric(Dielectric { ior, tint: Vec3::ONE }));
-    build.quad(Vec3::new(-2.0, 0.0, -2.0), 4.0 * Vec3::Z, 4.0 * Vec3::X, floor);
+    let (x, z) = (2.0 * floor_half * Vec3::X, 2.0 * floor_half * Vec3::Z);
+    build.quad(-0.5 * (x + z), z, x, floor);
     build.sphere(Vec3::new(0.0, 0.3, 0.0), radius, (512, 256), false, glass);
     build.0.luminaire(Luminaire::sun(-Vec3::Y, Light::both(Vec3::splat(3.0)), 0.00465));
     let scene = build.finish();
@@ -227,6 +229,16 @@ fn the_caustic_of_a_ball_under_the_sun_has_the_power_of_fresnels_formulas() {
     let measured: Vec<f64> =
         (0..8).map(|seed| measure(scene.clone(), Settings { seed, ..settings.clone() }, 8).mean).collect();
     Measured::of(&measured).must_be(expected, 4e-3);
+}
+
+#[test]
+fn the_caustic_of_a_ball_under_the_sun_has_the_power_of_fresnels_formulas() {
+    must_show_its_caustic(2.0);
+}
+
+#[test]
+fn it_has_on_a_plain_of_any_width() {
+    [30.0, 300.0, 3000.0].into_iter().for_each(must_show_its_caustic);
 }
 
 fn diffuse_matter(albedo: [f32; 3]) -> Material {
