@@ -1,7 +1,7 @@
 //! Makes a reference, keeps it in a file, and makes it better on demand.
 
 use super::reference::{Reference, WIDE, WIDE_ERROR};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::{Header, Image, Layer, PassImage, Value, read_exr, write_image_exr};
 use crate::measure::Moments;
 use crate::pass::render_pass;
@@ -45,7 +45,15 @@ pub struct ReferenceMaker {
 
 impl ReferenceMaker {
     /// Takes up what `folder` holds for the same scene, settings, method and version, or begins anew.
+    ///
+    /// # Errors
+    /// A method whose bias nobody knows.
     pub fn new(scene: &Scene, settings: &Settings, method: Method, folder: &Path) -> Result<Self> {
+        if method == Method::Nearest {
+            return Err(Error::Usage(
+                "nobody knows the bias of a reference by nearest photons; have it made by path or photon".into(),
+            ));
+        }
         let Settings { width, height, caustic_radius, indirect_radius, .. } = *settings;
         let settings = Settings {
             seed: SEED,

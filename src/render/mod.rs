@@ -130,7 +130,9 @@ impl Render {
 
     /// How far the picture is from the truth, as far as it can tell. None below two passes.
     pub fn error(&self) -> Option<ErrorEstimate> {
-        Some(ErrorEstimate { noise: self.film.relative_error()?, bias: self.film.relative_bias()? })
+        let (noise, bias) = (self.film.relative_error()?, self.film.relative_bias()?);
+        let bias = (self.plan.settings.method != Method::Nearest).then_some(bias);
+        Some(ErrorEstimate { noise, bias })
     }
 
     /// Renders the next pass and adds it to the film.
@@ -143,7 +145,8 @@ impl Render {
     pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
         let Some(first) = self.schedule.next(self.film.pass_set()) else { return 0 };
-        let biased = self.frame.photons.is_some().then_some(Layer::Bias);
+        let tells_bias = self.frame.photons.is_some() && self.plan.settings.method == Method::Photon;
+        let biased = tells_bias.then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let images = match &mut self.atlas {
             None => {
@@ -195,6 +198,11 @@ impl Render {
         if let Some(most) = settings.max_reflections {
             header.set("max_reflections", most);
         }
+        if settings.method == Method::Nearest {
+            header.set("nearest", settings.nearest);
+            header.set("cone", f64::from(settings.cone));
+            header.set("bias", "not told");
+        }
         header
     }
 }
@@ -205,14 +213,14 @@ impl Render {
 pub struct ErrorEstimate {
     /// Standard error of the mean over passes.
     pub noise: f64,
-    /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it.
-    pub bias: f64,
+    /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it. None: not told, though there is one.
+    pub bias: Option<f64>,
 }
 
 impl ErrorEstimate {
-    /// Both together.
+    /// Both together, as far as they are told.
     pub fn total(self) -> f64 {
-        self.noise.hypot(self.bias)
+        self.noise.hypot(self.bias.unwrap_or(0.0))
     }
 }
 
@@ -240,6 +248,9 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
     if settings.method == Method::Photon {
         return Ok(());
     }
+    if settings.method == Method::Nearest {
+        return check_nearest(settings, layers);
+    }
     let makes =
         |layer: &Layer| matches!(layer, Layer::Visible | Layer::Invisible | Layer::Emitted | Layer::Error);
     if let Some(layer) = layers.iter().find(|layer| !makes(layer)) {
@@ -255,4 +266,13 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+fn check_nearest(settings: &Settings, layers: &[Layer]) -> Result<()> {
+    if layers.contains(&Layer::Bias) {
+        return Err(Error::Usage(
+            "--layers bias: nobody knows the bias of --method nearest; leave the layer out, or use --method photon".into(),
+        ));
+    }
+    settings.check_nearest()
 }
