@@ -51,7 +51,8 @@ impl ReferenceMaker {
     pub fn new(scene: &Scene, settings: &Settings, method: Method, folder: &Path) -> Result<Self> {
         if method == Method::Nearest {
             return Err(Error::Usage(
-                "nobody knows the bias of a reference by nearest photons; have it made by path or photon".into(),
+                "nobody knows the bias of a reference by nearest photons; have it made by path or photon"
+                    .into(),
             ));
         }
         let Settings { width, height, caustic_radius, indirect_radius, .. } = *settings;

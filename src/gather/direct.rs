@@ -12,9 +12,9 @@
 //! connection. Then those of the *other* pixels around it determine α and how many connections its pixel deserves. As
 //! neither depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
-use super::{Density, Pixel};
 use super::plain::Plain;
 use super::reflected;
+use super::{Density, Pixel};
 use crate::connect::Connection;
 #[cfg(doc)]
 use crate::connect::Connections;

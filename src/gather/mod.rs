@@ -84,12 +84,7 @@ pub(crate) const TILE_WIDTH: usize = 32;
 
 /// Gathers one pass: one camera path through a random point of each pixel. That of a frame that was told to
 /// [stop](Frame::stop) is incomplete.
-pub fn gather<D: Density, const R: usize>(
-    plan: &Plan,
-    frame: &Frame,
-    maps: &D,
-    pass: u32,
-) -> Gathered<R> {
+pub fn gather<D: Density, const R: usize>(plan: &Plan, frame: &Frame, maps: &D, pass: u32) -> Gathered<R> {
     let width = frame.width as usize;
     let mut pixels = vec![Pixel::<R>::EMPTY; frame.pixels()];
     pixels.par_chunks_mut(width * TILE).enumerate().for_each(|(band, rows)| {

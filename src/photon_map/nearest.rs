@@ -30,7 +30,10 @@ impl<P: Power> NearestMap<P> {
     /// # Panics
     /// On a photon whose position is not finite, with which the tree would lose others silently; on no photons to read from.
     pub fn build(photons: Vec<Photon<P>>, count: u32, cone: f32) -> Self {
-        assert!(photons.iter().all(|photon| photon.position.is_finite()), "a photon's position is not finite");
+        assert!(
+            photons.iter().all(|photon| photon.position.is_finite()),
+            "a photon's position is not finite"
+        );
         let count = NonZeroUsize::new(count as usize).expect("photons to read from");
         let mut items: Vec<Item> =
             photons.iter().zip(0..).map(|(photon, i)| Item::new(photon.position, i)).collect();
@@ -48,8 +51,8 @@ impl<P: Power> NearestMap<P> {
 
     /// Irradiance (W m⁻²) at `position` by photons that arrived on the side of `normal` after no more than `most_reflections`.
     ///
-    /// The farthest photon only says how wide to look. Counted among those within it would make even light k / (k − 1) times too bright
-    /// (Moore and Yackel 1977); the cone of 1, which the textbook has, gives it no weight anyway.
+    /// The farthest photon only says how wide to look. Counted among those within it would make even light k / (k − 1) times too bright;
+    /// the cone of 1, which the textbook has, gives it no weight anyway.
     pub fn irradiance(&self, position: Vec3, normal: Vec3, most_reflections: u16) -> P {
         let place = (self.turn * position).to_array();
         let nearest = self.tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(self.count).unsorted();
@@ -73,7 +76,7 @@ impl<P: Power> NearestMap<P> {
                 }
             }
         }
-        // What a cone weighs a photon in the mean over the disk: Jensen 2001, eq. 7.7.
+        // The mean weight over the disk: Jensen 2001, §7.
         let mean = 1.0 - 2.0 / (3.0 * self.cone);
         let over = 1.0 / (mean * PI * widest);
         P::from_components(|component| (over * sum[component]) as f32)
@@ -154,10 +157,14 @@ mod tests {
             let position = Vec3::new(x, 0.0, 0.0);
             Photon { reflections, ..photon(position, normal) }
         };
-        let photons = vec![at(0.1, Vec3::Y, 3), at(0.2, -Vec3::Y, 1), at(0.3, Vec3::Y, 1), at(0.5, Vec3::Y, 1)];
+        let photons =
+            vec![at(0.1, Vec3::Y, 3), at(0.2, -Vec3::Y, 1), at(0.3, Vec3::Y, 1), at(0.5, Vec3::Y, 1)];
         let map = NearestMap::build(photons, 4, f32::INFINITY);
-        let counted = |normal, most| map.irradiance(Vec3::ZERO, normal, most).0.x * std::f32::consts::PI * 0.25;
-        for (normal, most, expected) in [(Vec3::Y, 3, 2.0), (Vec3::Y, 2, 1.0), (-Vec3::Y, 3, 1.0), (Vec3::X, 3, 0.0)] {
+        let counted =
+            |normal, most| map.irradiance(Vec3::ZERO, normal, most).0.x * std::f32::consts::PI * 0.25;
+        for (normal, most, expected) in
+            [(Vec3::Y, 3, 2.0), (Vec3::Y, 2, 1.0), (-Vec3::Y, 3, 1.0), (Vec3::X, 3, 0.0)]
+        {
             assert!((counted(normal, most) - expected).abs() < 1e-5, "{normal}, {most}");
         }
     }
@@ -193,6 +200,10 @@ mod tests {
     #[test]
     #[should_panic(expected = "not finite")]
     fn a_photon_that_is_nowhere_is_a_bug_and_is_said() {
-        NearestMap::build(vec![photon(Vec3::ZERO, Vec3::Y), photon(Vec3::new(f32::NAN, 0.0, 0.0), Vec3::Y)], 9, 1.0);
+        NearestMap::build(
+            vec![photon(Vec3::ZERO, Vec3::Y), photon(Vec3::new(f32::NAN, 0.0, 0.0), Vec3::Y)],
+            9,
+            1.0,
+        );
     }
 }

@@ -13,7 +13,9 @@ use crate::gather::ALPHA;
 use crate::light::Light;
 use crate::pass::look;
 use crate::photon::Photons;
-use crate::plan::{DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, Method, PerPath, PhotonClasses, PhotonPlan, Plan};
+use crate::plan::{
+    DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, Method, PerPath, PhotonClasses, PhotonPlan, Plan,
+};
 use crate::shoot::{learn_guide, learn_starts, shoot};
 use glam::DVec3;
 use sights::learn_sights;
