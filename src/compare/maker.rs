@@ -29,6 +29,16 @@ pub fn candidates(scene: &Scene, settings: &Settings) -> Vec<Method> {
     }
 }
 
+/// # Errors
+/// A method whose bias nobody knows makes no reference.
+pub fn can_refer(method: Method) -> Result<()> {
+    if method == Method::Nearest {
+        let why = "nobody knows the bias of a reference by nearest photons; have it made by path or photon";
+        return Err(Error::Usage(why.into()));
+    }
+    Ok(())
+}
+
 /// Makes a reference, keeps it in a file, and makes it better on demand.
 pub struct ReferenceMaker {
     plan: Plan,
@@ -49,12 +59,7 @@ impl ReferenceMaker {
     /// # Errors
     /// A method whose bias nobody knows.
     pub fn new(scene: &Scene, settings: &Settings, method: Method, folder: &Path) -> Result<Self> {
-        if method == Method::Nearest {
-            return Err(Error::Usage(
-                "nobody knows the bias of a reference by nearest photons; have it made by path or photon"
-                    .into(),
-            ));
-        }
+        can_refer(method)?;
         let Settings { width, height, caustic_radius, indirect_radius, .. } = *settings;
         let settings = Settings {
             seed: SEED,

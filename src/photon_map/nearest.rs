@@ -115,13 +115,13 @@ mod tests {
     #[test]
     fn even_light_is_as_bright_as_it_is_however_few_photons_are_asked() {
         for (count, cone) in [(8, 1.0), (8, 1.1), (8, f32::INFINITY), (30, 1.0), (30, 3.0)] {
-            let (mean, error) = measured(1000, count, cone);
+            let (mean, error) = measured(300, count, cone);
             let z = |expected: f64| ((mean - expected) / error).abs();
             // Of so many photons a floor has in all, not in the mean.
-            assert!(z(1000.0) < 3.5, "{count}, {cone}: {mean} ± {error}");
-            assert!(z(980.0) > 3.5 && z(1020.0) > 3.5, "{count}, {cone}: {mean} ± {error} tells nothing");
+            assert!(z(300.0) < 3.5, "{count}, {cone}: {mean} ± {error}");
+            assert!(z(294.0) > 3.5 && z(306.0) > 3.5, "{count}, {cone}: {mean} ± {error} tells nothing");
             // Nor is the last photon counted.
-            assert!(z(1000.0 * f64::from(count) / f64::from(count - 1)) > 3.5);
+            assert!(z(300.0 * f64::from(count) / f64::from(count - 1)) > 3.5);
         }
     }
 
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_photons_in_any_order_are_the_same_bits() {
+    fn the_order_of_photons_does_not_matter() {
         let photons = floor(3000, 7);
         let back: Vec<_> = photons.iter().rev().copied().collect();
         let maps = [photons, back].map(|photons| NearestMap::build(photons, 40, 1.1));

@@ -74,7 +74,7 @@ impl Settings {
             Method::Nearest if !NEAREST.contains(&nearest) => Err(Error::Usage(format!(
                 "--nearest {nearest}: light is read from {least} to {most} photons"
             ))),
-            Method::Nearest if !(cone >= 1.0) => Err(Error::Usage(format!(
+            Method::Nearest if cone.is_nan() || cone < 1.0 => Err(Error::Usage(format!(
                 "--cone {cone}: a cone ends at 1 or more times the distance of the farthest photon; inf weighs all alike"
             ))),
             _ => Ok(()),
