@@ -47,7 +47,7 @@ fn stages(c: &mut Criterion) {
     let pixels = frame.pixels() as u64;
     group.throughput(Throughput::Elements(pixels));
     group.bench_function("gather (camera paths)", |b| {
-        b.iter(|| black_box(gather::<Invisible, 1>(&plan, &frame, &maps, 0).pixels.len()));
+        b.iter(|| black_box(gather::<_, 1>(&plan, &frame, &maps, 0).pixels.len()));
     });
     group.bench_function("pass", |b| {
         b.iter(|| black_box(render_pass(&plan, &frame, 0, &[Layer::Visible])));

@@ -72,6 +72,7 @@
 //! # References
 //!
 //! D. C. Banks, K. M. Beason: Retro-rendering with vector-valued light (the paper; equation numbers are its own). ·
+//! H. W. Jensen 2001: Realistic image synthesis using photon mapping. ·
 //! C. Knaus, M. Zwicker 2011: Progressive photon mapping: a probabilistic approach. ·
 //! E. Veach 1997: Robust Monte Carlo methods for light transport simulation. ·
 //! S. Woop, C. Benthin, I. Wald 2013: Watertight ray/triangle intersection. ·

@@ -4,7 +4,7 @@
 //! or two); which of them serve is decided once, outside all loops.
 
 use crate::film::{Layer, PassImage};
-use crate::gather::{Gathered, Maps, Parts, Pixel, gather};
+use crate::gather::{Gathered, Maps, NearestMaps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
 use crate::path_trace::{PathSettings, Rows, Strength, trace_pass_until};
 use crate::plan::{Frame, Method, Plan, Settings};
@@ -14,7 +14,7 @@ use glam::Vec3;
 /// One pass on its own: its planes, and how many photons it stored. A function of (plan, frame, pass), whatever the threads.
 pub fn render_pass(plan: &Plan, frame: &Frame, pass: u32, planes: &[Layer]) -> (PassImage, u64) {
     match plan.settings.method {
-        Method::Photon => {}
+        Method::Photon | Method::Nearest => {}
         Method::Path => return (path_pass(plan, frame, Strength::NextEvent, pass, planes), 0),
         Method::PathPlain => return (path_pass(plan, frame, Strength::Plain, pass, planes), 0),
     }
@@ -55,7 +55,15 @@ pub(crate) fn look<P: Power, const R: usize>(
     let photons = shoot::<P>(plan, frame, pass);
     let stored = photons.count() as u64;
     let maps = Maps::build(photons, plan, frame, radii);
-    (gather::<P, R>(plan, frame, &maps, pass), stored)
+    (gather::<_, R>(plan, frame, &maps, pass), stored)
+}
+
+/// The same by the maps of the textbook.
+fn look_nearest<P: Power, const R: usize>(plan: &Plan, frame: &Frame, pass: u32) -> (Gathered<R>, u64) {
+    let photons = shoot::<P>(plan, frame, pass);
+    let stored = photons.count() as u64;
+    let maps = NearestMaps::build(photons, &plan.settings);
+    (gather::<_, R>(plan, frame, &maps, pass), stored)
 }
 
 fn pass_with<P: Power, const R: usize>(
@@ -64,7 +72,10 @@ fn pass_with<P: Power, const R: usize>(
     pass: u32,
     planes: &[Layer],
 ) -> (PassImage, u64) {
-    let (gathered, stored) = look::<P, R>(plan, frame, pass, pass);
+    let (gathered, stored) = match plan.settings.method {
+        Method::Nearest => look_nearest::<P, R>(plan, frame, pass),
+        _ => look::<P, R>(plan, frame, pass, pass),
+    };
     (pass_image(frame, &gathered, planes), stored)
 }
 

@@ -6,7 +6,7 @@ use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::settings::{Wanted, method};
 use crate::wait::wait;
-use halflight::compare::{Course, Reference, ReferenceMaker, Run, Variant, race};
+use halflight::compare::{Course, Reference, ReferenceMaker, Run, Variant, can_refer, race};
 use halflight::error::Result;
 use halflight::plan::{Method, Settings};
 use halflight::render::Stop;
@@ -78,6 +78,7 @@ fn asked(py: Python<'_>, scene: &Bound<'_, Scene>, more: &Options<'_>) -> PyResu
         return Err(usage(format!("reference_seconds={seconds}: not a finite number above zero")));
     }
     let by = method(more, "reference_method")?.unwrap_or(Method::Path);
+    can_refer(by).map_err(raised)?;
     let wanted = Wanted::common(more)?;
     let ready = scene.get().ready(py, wanted.illumination)?;
     let (base, _) = wanted.on(&ready);

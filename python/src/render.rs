@@ -19,13 +19,13 @@ const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
 /// Renders `scene` until the first of `passes`, `seconds` and `error` is reached (64 passes where none is given) and returns a
 /// Picture: the same, bit for bit, as `halflight render` makes with the same settings.
 ///
-/// `size` is (width, height) in pixels, `illumination` a name or a point (s, t) of the square, `method` "photon", "path" or
-/// "path-plain". `layers` are names, or ["all"]; None: all that cost nothing. `progress` is True, or a function that is called
+/// `size` is (width, height) in pixels, `illumination` a name or a point (s, t) of the square, `method` "photon", "path",
+/// "path-plain" or "nearest". `layers` are names, or ["all"]; None: all that cost nothing. `progress` is True, or a function that is called
 /// after each step with a record of passes, seconds, noise and bias. Other threads run meanwhile, and Ctrl-C ends it.
 #[pyfunction]
 #[pyo3(
     signature = (scene, **more),
-    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, even_starts=False, keep_everything=False, keep=(), progress=False)"
+    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), progress=False)"
 )]
 pub fn render(
     py: Python<'_>,
@@ -151,7 +151,7 @@ impl Now {
     }
 
     fn tell(&self, py: Python<'_>, progress: &Bound<'_, PyAny>, seconds: f64, done: bool) -> PyResult<()> {
-        let (noise, bias) = (self.error.map(|error| error.noise), self.error.map(|error| error.bias));
+        let (noise, bias) = (self.error.map(|error| error.noise), self.error.and_then(|error| error.bias));
         if progress.is_instance_of::<PyBool>() {
             return if progress.is_truthy()? { self.print(py, seconds, done) } else { Ok(()) };
         }
@@ -179,7 +179,7 @@ impl Render {
     #[new]
     #[pyo3(
         signature = (scene, **more),
-        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, even_starts=False, keep_everything=False, keep=())"
+        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=())"
     )]
     fn new(py: Python<'_>, scene: &Bound<'_, Scene>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Render()", more)?;
@@ -228,10 +228,11 @@ impl Render {
         self.look(py, Rendering::error).map(|error| error.noise)
     }
 
-    /// The estimated bias of the picture on the same scale; zero where noise hides it. None below two passes.
+    /// The estimated bias of the picture on the same scale; zero where noise hides it. None below two passes, and where the
+    /// method does not know it.
     #[getter]
     fn bias(&self, py: Python<'_>) -> Option<f64> {
-        self.look(py, Rendering::error).map(|error| error.bias)
+        self.look(py, Rendering::error).and_then(|error| error.bias)
     }
 
     /// Both together, as `error=` asks for. None below two passes.

@@ -50,11 +50,13 @@ impl Wanted {
         let method = method(more, "method")?.unwrap_or(Method::Photon);
         let layers = layers(more, method)?;
         let samples = count(more, "samples")?;
-        if let (Some(samples), Method::Photon) = (samples, method) {
+        if let (Some(samples), true) = (samples, method.shoots()) {
             return Err(usage(format!(
                 "samples={samples}: photons take one camera sample per pixel and pass; add method=\"path\", or more passes"
             )));
         }
+        let radii = [radius(more, "indirect_radius")?, radius(more, "caustic_radius")?];
+        let (nearest, cone) = nearest(more, method, radii)?;
         let usual = Settings::default();
         let settings = Settings {
             paths: count(more, "photons")?,
@@ -62,13 +64,15 @@ impl Wanted {
             method,
             samples: samples.unwrap_or(usual.samples),
             invisible: layers.contains(&Layer::Invisible),
+            nearest: nearest.unwrap_or(usual.nearest),
+            cone: cone.unwrap_or(usual.cone),
             even_starts: more.get("even_starts", "True or False")?.unwrap_or(false),
             keep_everything: more.get("keep_everything", "True or False")?.unwrap_or(false),
             keep: keep(more)?,
             memory: memory_left(),
             ..usual
         };
-        let radii = [radius(more, "indirect_radius")?, radius(more, "caustic_radius")?];
+        settings.check_nearest().map_err(crate::errors::raised)?;
         Ok(Self { illumination: None, size: None, settings, layers, radii })
     }
 
@@ -143,6 +147,29 @@ fn layers(more: &Options<'_>, method: Method) -> PyResult<Vec<Layer>> {
         layers.extend(named.into_iter().filter(|layer| !layers.contains(layer)).collect::<Vec<_>>());
     }
     Ok(layers)
+}
+
+/// How many of the nearest photons are read and by which cone they weigh; what the method does not ask for is refused.
+fn nearest(
+    more: &Options<'_>,
+    method: Method,
+    radii: [Option<f32>; 2],
+) -> PyResult<(Option<u32>, Option<f32>)> {
+    let (nearest, cone) =
+        (count(more, "nearest")?, more.get::<f32>("cone", "a number of 1 or more, or inf")?);
+    let [indirect, caustic] = radii.map(|radius| radius.is_some());
+    let (foreign, whose) = match method {
+        Method::Nearest => ([("indirect_radius", indirect), ("caustic_radius", caustic)], Method::Photon),
+        _ => ([("nearest", nearest.is_some()), ("cone", cone.is_some())], Method::Nearest),
+    };
+    match foreign.iter().find(|(_, given)| *given) {
+        Some((argument, _)) => Err(usage(format!(
+            "{argument} is of method=\"{}\"; with method=\"{}\" leave it out",
+            whose.name(),
+            method.name()
+        ))),
+        None => Ok((nearest, cone)),
+    }
 }
 
 fn keep(more: &Options<'_>) -> PyResult<Vec<Omittable>> {

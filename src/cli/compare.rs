@@ -5,7 +5,7 @@ use super::compare_variants::{method, variants};
 use super::out::say;
 use super::output::{Overwrite, claim, refuse_input};
 use super::scene_args::SceneArgs;
-use crate::compare::{Course, Reference, ReferenceMaker, Run, Variant, candidates, race};
+use crate::compare::{Course, Reference, ReferenceMaker, Run, Variant, can_refer, candidates, race};
 use crate::error::{Error, Result};
 use crate::film::{is_ours, replace_file};
 use crate::plan::{Method, Settings};
@@ -22,6 +22,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     let variants = variants(args)?;
     let reference_method = args.reference_method.as_deref();
     let reference_method = reference_method.map(|name| method("--reference-method", name)).transpose()?;
+    reference_method.map_or(Ok(()), can_refer)?;
     let scenes = args.scene_args();
     scenes.iter().try_for_each(|scene| scene.illuminations().map(drop))?;
     if args.reference.is_some() && scenes.len() > 1 {

@@ -52,7 +52,7 @@ pub struct CompareArgs {
     /// The most triangles that a scene may have, every instance counted
     #[arg(long, value_name = "N", default_value_t = MAX_TRIANGLES, value_parser = whole::<u64>)]
     pub(super) max_triangles: u64,
-    /// Who competes [default: photon,path,path-plain]
+    /// Who competes [default: photon,path,path-plain,nearest]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) methods: Vec<String>,
     /// Times at which the error is measured [default: 1s,2s,4s,8s]

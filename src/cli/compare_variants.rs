@@ -48,7 +48,7 @@ pub fn variants(args: &CompareArgs) -> Result<Vec<Variant>> {
 fn methods(args: &CompareArgs, base: &Settings) -> Result<Vec<Variant>> {
     let named = args.methods.iter().map(|name| method("--methods", name)).collect::<Result<Vec<_>>>()?;
     let methods = if named.is_empty() { Method::ALL.to_vec() } else { named };
-    if let (Some(samples), true) = (args.samples, methods.iter().all(|m| *m == Method::Photon)) {
+    if let (Some(samples), true) = (args.samples, methods.iter().all(|m| m.shoots())) {
         return Err(Error::Usage(format!(
             "--samples {samples}: photons take one camera sample per pixel and pass; add path to --methods"
         )));

@@ -125,7 +125,7 @@ fn tell_json(passes: u32, elapsed: Duration, error: Option<ErrorEstimate>, left:
         "pass": passes,
         "seconds": elapsed.as_secs_f64(),
         "error": error.map(ErrorEstimate::total),
-        "bias": error.map(|error| error.bias),
+        "bias": error.and_then(|error| error.bias),
         "trusted": error.map(ErrorEstimate::is_trusted),
         "eta": left.map(|left| left.as_secs_f64()),
     });
@@ -138,14 +138,14 @@ fn describe(error: ErrorEstimate) -> String {
         return "error unknown, some pixels are not finite numbers".into();
     }
     let doubt = if error.is_trusted() { "" } else { ", not to be trusted yet" };
-    if bias > 0.0 {
-        format!(
+    match bias {
+        None => format!("noise {:.2} %, bias not told{doubt}", 100.0 * noise),
+        Some(bias) if bias > 0.0 => format!(
             "error {:.2} % (noise {:.2} %, bias {:.2} %{doubt})",
             100.0 * error.total(),
             100.0 * noise,
             100.0 * bias
-        )
-    } else {
-        format!("error {:.2} %{doubt}", 100.0 * noise)
+        ),
+        Some(_) => format!("error {:.2} %{doubt}", 100.0 * noise),
     }
 }

@@ -39,7 +39,8 @@ pub struct SettingsArgs {
     pub max_reflections: Option<u32>,
 
     /// Who transports light: photons with a final gather; path, a gathering path tracer with connections to luminaires;
-    /// path-plain, one that finds them by chance, as the paper's.
+    /// path-plain, one that finds them by chance, as the paper's; nearest, the photon map of the textbooks, which reads
+    /// light from the nearest photons and does not know its bias.
     #[arg(long, value_enum, default_value_t = Method::Photon)]
     pub method: Method,
 
@@ -55,6 +56,15 @@ pub struct SettingsArgs {
     /// First gather radius of caustics where they are sharpest, in pixels. Default: 2.
     #[arg(long, value_name = "PIXELS", value_parser = radius)]
     pub caustic_radius: Option<f32>,
+
+    /// Photons from which --method nearest reads light at a point: more of them are smoother and reach farther. Default: 100.
+    #[arg(long, value_name = "K", value_parser = whole::<u32>)]
+    pub nearest: Option<u32>,
+
+    /// The nearest photons weigh by a cone that reaches zero at C times the distance of the farthest: 1 or more, `inf`: all
+    /// weigh the same. Default: 1.
+    #[arg(long, value_name = "C")]
+    pub cone: Option<f32>,
 
     /// Start photons, and lead connections, in proportion to the power of luminaires, whatever comes of it: for measurements of
     /// what it brings to learn where light is of use.
@@ -100,7 +110,8 @@ impl SettingsArgs {
     /// The settings asked for, those that follow from the layers included; the film is that of [`film`](Self::film).
     pub fn resolve(&self) -> Result<(Settings, Vec<Layer>)> {
         let layers = self.layers()?;
-        if let (Some(samples), Method::Photon) = (self.samples, self.method) {
+        self.check_method()?;
+        if let (Some(samples), true) = (self.samples, self.method.shoots()) {
             return Err(Error::Usage(format!(
                 "--samples {samples}: photons take one camera sample per pixel and pass; add --method path, or give more passes"
             )));
@@ -122,9 +133,33 @@ impl SettingsArgs {
             keep_everything: self.keep_everything,
             keep: self.keep()?,
             caustic_radius: self.caustic_radius.unwrap_or(usual.caustic_radius),
+            nearest: self.nearest.unwrap_or(usual.nearest),
+            cone: self.cone.unwrap_or(usual.cone),
             ..usual
         };
+        settings.check_nearest()?;
         Ok((settings, layers))
+    }
+
+    /// Options that the method does not ask for.
+    fn check_method(&self) -> Result<()> {
+        let of_nearest = [("--nearest", self.nearest.is_some()), ("--cone", self.cone.is_some())];
+        let of_disks = [
+            ("--indirect-radius", self.indirect_radius.is_some()),
+            ("--caustic-radius", self.caustic_radius.is_some()),
+        ];
+        let (foreign, whose) = match self.method {
+            Method::Nearest => (of_disks, Method::Photon),
+            _ => (of_nearest, Method::Nearest),
+        };
+        match foreign.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::Usage(format!(
+                "{option} is of --method {}; with --method {} leave it out",
+                whose.name(),
+                self.method.name()
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// The settings on the film asked for, else on one of the camera's shape. A film that shows more than the camera's

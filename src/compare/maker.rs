@@ -1,7 +1,7 @@
 //! Makes a reference, keeps it in a file, and makes it better on demand.
 
 use super::reference::{Reference, WIDE, WIDE_ERROR};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::{Header, Image, Layer, PassImage, Value, read_exr, write_image_exr};
 use crate::measure::Moments;
 use crate::pass::render_pass;
@@ -29,6 +29,16 @@ pub fn candidates(scene: &Scene, settings: &Settings) -> Vec<Method> {
     }
 }
 
+/// # Errors
+/// A method whose bias nobody knows makes no reference.
+pub fn can_refer(method: Method) -> Result<()> {
+    if method == Method::Nearest {
+        let why = "nobody knows the bias of a reference by nearest photons; have it made by path or photon";
+        return Err(Error::Usage(why.into()));
+    }
+    Ok(())
+}
+
 /// Makes a reference, keeps it in a file, and makes it better on demand.
 pub struct ReferenceMaker {
     plan: Plan,
@@ -45,7 +55,11 @@ pub struct ReferenceMaker {
 
 impl ReferenceMaker {
     /// Takes up what `folder` holds for the same scene, settings, method and version, or begins anew.
+    ///
+    /// # Errors
+    /// A method whose bias nobody knows.
     pub fn new(scene: &Scene, settings: &Settings, method: Method, folder: &Path) -> Result<Self> {
+        can_refer(method)?;
         let Settings { width, height, caustic_radius, indirect_radius, .. } = *settings;
         let settings = Settings {
             seed: SEED,

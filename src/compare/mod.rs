@@ -4,6 +4,6 @@ mod maker;
 mod race;
 mod reference;
 
-pub use maker::{ReferenceMaker, candidates};
+pub use maker::{ReferenceMaker, can_refer, candidates};
 pub use race::{Course, Run, Snapshot, Variant, race};
 pub use reference::{NoiseShare, OwnError, Reference};

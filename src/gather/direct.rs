@@ -12,13 +12,13 @@
 //! connection. Then those of the *other* pixels around it determine α and how many connections its pixel deserves. As
 //! neither depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
-use super::Pixel;
 use super::plain::Plain;
 use super::reflected;
+use super::{Density, Pixel};
 use crate::connect::Connection;
 #[cfg(doc)]
 use crate::connect::Connections;
-use crate::light::{Light, Power, Row};
+use crate::light::{Light, Row};
 use crate::optics::Term;
 use crate::plan::Plan;
 use crate::sampling::Sobol;
@@ -84,7 +84,7 @@ struct Advice {
     alpha: f32,
 }
 
-impl<P: Power, const R: usize> Plain<'_, P, R> {
+impl<D: Density, const R: usize> Plain<'_, D, R> {
     /// Direct light at a hit by all luminaires that are summed, and the first connection to those that are chosen from.
     pub(super) fn connect(&mut self, open: Open<R>, pixel: &mut Pixel<R>) {
         let plan = self.plan;

@@ -7,16 +7,17 @@
 //! light apart by its powers of s and t.
 
 mod branches;
+mod density;
 mod direct;
 mod estimate;
 mod plain;
 mod walk;
 
+pub use density::{Density, NearestMaps};
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
 pub(crate) use estimate::{Tier, is_read};
 pub(crate) use walk::{Here, Tally, Walk, reflected};
 
-use crate::light::Power;
 use crate::photon::PathClass;
 use crate::plan::{Frame, Plan};
 use crate::sampling::{Rng, Stream};
@@ -85,12 +86,7 @@ pub(crate) const TILE_WIDTH: usize = 32;
 
 /// Gathers one pass: one camera path through a random point of each pixel. That of a frame that was told to
 /// [stop](Frame::stop) is incomplete.
-pub fn gather<P: Power, const R: usize>(
-    plan: &Plan,
-    frame: &Frame,
-    maps: &Maps<'_, P>,
-    pass: u32,
-) -> Gathered<R> {
+pub fn gather<D: Density, const R: usize>(plan: &Plan, frame: &Frame, maps: &D, pass: u32) -> Gathered<R> {
     let width = frame.width as usize;
     let mut pixels = vec![Pixel::<R>::EMPTY; frame.pixels()];
     pixels.par_chunks_mut(width * TILE).enumerate().for_each(|(band, rows)| {

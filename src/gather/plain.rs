@@ -1,7 +1,7 @@
 //! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
 use super::direct::{Begun, Open};
-use super::{Here, Maps, Nearby, Pixel, Tally};
+use super::{Density, Here, Pixel, Tally};
 use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
 use crate::optics::Term;
@@ -11,11 +11,11 @@ use crate::sampling::{Rng, Sobol};
 use crate::scene::Material;
 
 /// Adds up what a tile of pixels shows.
-pub(super) struct Plain<'a, P, const R: usize> {
+pub(super) struct Plain<'a, D: Density, const R: usize> {
     pub plan: &'a Plan,
     pub frame: &'a Frame,
-    maps: &'a Maps<'a, P>,
-    nearby: Nearby,
+    maps: &'a D,
+    nearby: D::Nearby,
     /// The pixel under way, in its tile.
     pixel: usize,
     /// Hits of the tile that may connect more.
@@ -23,9 +23,9 @@ pub(super) struct Plain<'a, P, const R: usize> {
     pub sampled: Vec<[f32; 3]>,
 }
 
-impl<'a, P: Power, const R: usize> Plain<'a, P, R> {
-    pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a Maps<'a, P>) -> Self {
-        let (nearby, open, sampled) = (Nearby::default(), Vec::new(), Vec::new());
+impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
+    pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a D) -> Self {
+        let (nearby, open, sampled) = (D::Nearby::default(), Vec::new(), Vec::new());
         Self { plan, frame, maps, nearby, pixel: 0, open, sampled }
     }
 
@@ -35,7 +35,7 @@ impl<'a, P: Power, const R: usize> Plain<'a, P, R> {
     }
 }
 
-impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
+impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
     type Mark = ();
 
     fn crossed((): (), _: &Material) {}
@@ -53,8 +53,8 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
     }
 
     fn reach(&mut self, here: &Here<'_, R>) -> Reach {
-        let (point, normal) = (here.point, here.normal());
-        self.maps.reach(&mut self.nearby, point, normal, here.footprint, here.is_scattered())
+        let place = (here.point, here.normal());
+        self.maps.reach(&mut self.nearby, place, here.footprint, here.is_scattered())
     }
 
     fn read(
@@ -78,9 +78,8 @@ impl<P: Power, const R: usize> Tally<R> for Plain<'_, P, R> {
         }
         let Some(diffuse) = term.lobe.as_diffuse() else { return };
         let f = diffuse.towards(&point.normals, wo);
-        let (normal, most) = (here.normal(), here.most_counted());
-        let disk = (here.footprint, here.reach);
-        let irradiance = self.maps.irradiance(&mut self.nearby, point, normal, disk, most);
+        let (place, disk) = ((point, here.normal()), (here.footprint, here.reach));
+        let irradiance = self.maps.irradiance(&mut self.nearby, place, disk, here.most_counted());
         for (class, irradiance) in PathClass::ALL.into_iter().zip(irradiance) {
             let value = irradiance.value.filtered(f);
             for (parts, row) in pixel.parts.iter_mut().zip(rows) {

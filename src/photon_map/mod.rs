@@ -4,6 +4,7 @@
 //! in one point, need no special case. It ends in blocks of sixteen, which are examined together.
 
 mod block;
+mod nearest;
 mod tree;
 
 use crate::light::Power;
@@ -13,6 +14,7 @@ use block::{Block, Disk, Facing, Lanes, Normals};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, mask32x16};
 use glam::Vec3;
+pub use nearest::NearestMap;
 use rayon::prelude::*;
 use std::marker::PhantomData;
 use tree::{Item, LEAF, Node, STACK};

@@ -13,7 +13,9 @@ use crate::gather::ALPHA;
 use crate::light::Light;
 use crate::pass::look;
 use crate::photon::Photons;
-use crate::plan::{DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, PerPath, PhotonClasses, PhotonPlan, Plan};
+use crate::plan::{
+    DEFAULT_PATHS, Direct, Frame, MAX_DEPOSITS, Method, PerPath, PhotonClasses, PhotonPlan, Plan,
+};
 use crate::shoot::{learn_guide, learn_starts, shoot};
 use glam::DVec3;
 use sights::learn_sights;
@@ -74,7 +76,8 @@ pub fn learn(plan: &Plan) -> Frame {
     }
     let sights = learn_sights(plan, &frame);
     let frame = Frame { sights, ..frame };
-    if plan.settings.direct == Direct::Auto { choose_direct(plan, frame) } else { frame }
+    let choice = plan.settings.direct == Direct::Auto && plan.settings.method == Method::Photon;
+    if choice { choose_direct(plan, frame) } else { frame }
 }
 
 /// The same, but that direct light is served as logic has it.

@@ -18,8 +18,11 @@ impl Frame {
     pub fn one_line(&self, plan: &Plan) -> String {
         let Self { width, height, samples, .. } = *self;
         let photons = match (&self.photons, plan.settings.method) {
+            (Some(photons), Method::Nearest) => {
+                format!("{} photon paths a pass, the nearest {}", photons.paths, plan.settings.nearest)
+            }
             (Some(photons), _) => format!("{} photon paths a pass", photons.paths),
-            (None, Method::Photon) => "no photons".into(),
+            (None, method) if method.shoots() => "no photons".into(),
             (None, method) => format!("{}, {samples} samples a pixel and pass", method.name()),
         };
         let names: Vec<_> = plan.omissions.iter().map(|omission| omission.name).collect();
@@ -35,7 +38,7 @@ impl Frame {
 
     /// Who serves which class of paths. Empty for path tracers, which tell none apart.
     pub fn techniques(&self, plan: &Plan) -> Vec<Technique> {
-        if plan.settings.method != Method::Photon {
+        if !plan.settings.method.shoots() {
             return Vec::new();
         }
         let direct = Technique {
@@ -52,7 +55,8 @@ impl Frame {
             },
         };
         let reflected = |paths, arrives: bool, because: &str| {
-            let (by, because) = if arrives { ("photons", because) } else { ("nothing", "there is none") };
+            let by = if plan.settings.method == Method::Nearest { "nearest photons" } else { "photons" };
+            let (by, because) = if arrives { (by, because) } else { ("nothing", "there is none") };
             Technique { paths, by, because: because.into() }
         };
         let classes = self.photons.as_ref().map(|photons| photons.classes).unwrap_or_default();
@@ -64,6 +68,7 @@ impl Frame {
                 }
                 (None, Some(_)) => ("use", "they are denser where caustics begin".into()),
                 (None, None) if plan.settings.even_starts => ("power", "asked for".into()),
+                (None, None) if !plan.settings.learns() => ("power", "as the textbook has it".into()),
                 (None, None) => ("power", "a pilot found none of much more use than others".into()),
             };
             Technique { paths: "starts of photons", by, because }

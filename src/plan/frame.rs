@@ -69,7 +69,7 @@ impl Frame {
 
     /// Camera samples of a pass, in all pixels.
     pub fn camera_samples(&self, method: Method) -> u64 {
-        let each = if method == Method::Photon { 1 } else { self.samples };
+        let each = if method.shoots() { 1 } else { self.samples };
         self.pixels() as u64 * u64::from(each)
     }
 

@@ -23,7 +23,7 @@ pub use lines::Visibility;
 pub use omission::{Omission, Omittable};
 pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
 pub use photons::{PerPath, PhotonClasses, PhotonPlan};
-pub use settings::{Direct, LEVELS, Method, Settings, film_size};
+pub use settings::{Direct, LEVELS, Method, NEAREST, Settings, film_size};
 
 use crate::clearance::Clearance;
 use crate::connect::{Connections, Lobes};
@@ -82,7 +82,7 @@ impl Plan {
         let (direct, direct_because) = who_serves_direct(&scene, &asked);
         let settings = Settings { direct, ..asked.clone() };
         let mut omissions = Vec::new();
-        if settings.method == Method::Photon {
+        if settings.method.shoots() {
             shrink::drop_unused(&mut scene, &settings, &mut omissions);
         }
         let rays = shrink::media(Rays::build(&scene), &scene, &settings, &mut omissions);
@@ -111,7 +111,7 @@ impl Plan {
             casters: None,
             through: Through::ALL,
         };
-        if settings.method == Method::Photon { whole.less(&settings) } else { whole }
+        if settings.method.shoots() { whole.less(&settings) } else { whole }
     }
 
     /// Without what photons and a gather do not need.
@@ -128,9 +128,10 @@ impl Plan {
         let closed_form = lines::closed_form(&scene, settings, visibility, &mut omissions);
         let photons = photons::photon_plan(&scene, &flow, settings, &mut omissions)
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
-        let mut rims =
-            photons.as_ref().map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
-        let clearance = match &photons {
+        // Of disks, which the textbook does not have.
+        let on_disks = photons.as_ref().filter(|_| settings.method == Method::Photon);
+        let mut rims = on_disks.map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let clearance = match on_disks {
             Some(_) => Clearance::of(&scene, rims.take_sheets()),
             None => Clearance::none(),
         };

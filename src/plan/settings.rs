@@ -2,7 +2,9 @@
 
 use super::omission::Omittable;
 use super::photons::DEFAULT_PATHS;
+use crate::error::{Error, Result};
 use crate::machine::MemoryLimit;
+use std::ops::RangeInclusive;
 
 /// What the user asked for, resolved.
 #[derive(Clone, Debug)]
@@ -33,6 +35,10 @@ pub struct Settings {
     pub caustic_radius: f32,
     /// First gather radius of inter-reflection (and of `--direct photons`) in pixel footprints.
     pub indirect_radius: f32,
+    /// Photons from which [`Method::Nearest`] reads light at a point, one of [`NEAREST`].
+    pub nearest: u32,
+    /// They weigh by a cone that reaches zero at so many times the distance of the farthest: 1 or more; infinity: all weigh the same.
+    pub cone: f32,
     /// Leave nothing out.
     pub keep_everything: bool,
     /// What is not to be left out, needed or not.
@@ -45,11 +51,34 @@ pub struct Settings {
 
 /// Gather radii of caustics.
 pub const LEVELS: usize = 3;
+/// Photons that may be asked for at a point. The farthest says how wide to look, so that one tells nothing.
+pub const NEAREST: RangeInclusive<u32> = 2..=65_536;
 
 impl Settings {
     /// True when `what` stays, needed or not.
     pub fn keeps(&self, what: Omittable) -> bool {
         self.keep_everything || self.keep.contains(&what)
+    }
+
+    /// True where pilots may learn where photons start and connections lead. The textbook has both go by power alone.
+    pub fn learns(&self) -> bool {
+        !self.even_starts && self.method == Method::Photon
+    }
+
+    /// # Errors
+    /// A number that [`Method::Nearest`] cannot use, where that is the method.
+    pub fn check_nearest(&self) -> Result<()> {
+        let Self { nearest, cone, .. } = *self;
+        let (least, most) = (NEAREST.start(), NEAREST.end());
+        match self.method {
+            Method::Nearest if !NEAREST.contains(&nearest) => Err(Error::Usage(format!(
+                "--nearest {nearest}: light is read from {least} to {most} photons"
+            ))),
+            Method::Nearest if cone.is_nan() || cone < 1.0 => Err(Error::Usage(format!(
+                "--cone {cone}: a cone ends at 1 or more times the distance of the farthest photon; inf weighs all alike"
+            ))),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -62,11 +91,18 @@ pub enum Method {
     Path,
     /// The gathering path tracer that finds luminaires by chance, as the paper's.
     PathPlain,
+    /// The photon map of the textbooks (Jensen 2001), which reads light from the photons that lie nearest.
+    Nearest,
 }
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Photon, Self::Path, Self::PathPlain];
+    pub const ALL: [Self; 4] = [Self::Photon, Self::Path, Self::PathPlain, Self::Nearest];
+
+    /// True where photons are shot, and camera paths end where they tell what arrives.
+    pub fn shoots(self) -> bool {
+        matches!(self, Self::Photon | Self::Nearest)
+    }
 
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -74,6 +110,7 @@ impl Method {
             Self::Photon => "photon",
             Self::Path => "path",
             Self::PathPlain => "path-plain",
+            Self::Nearest => "nearest",
         }
     }
 }
@@ -121,6 +158,8 @@ impl Default for Settings {
             even_starts: false,
             caustic_radius: 2.0,
             indirect_radius: 7.0,
+            nearest: 100,
+            cone: 1.0,
             keep_everything: false,
             keep: Vec::new(),
             atlas: false,

@@ -5,7 +5,7 @@
 
 use crate::existence::Existence;
 use crate::film::Layer;
-use crate::gather::{Maps, gather};
+use crate::gather::{Density, Maps, NearestMaps, gather};
 use crate::light::{Invisible, Light, Power};
 use crate::memory::Memory;
 use crate::pass::{Kernel, render_pass};
@@ -183,7 +183,7 @@ fn shrunk(frame: &Frame, most: f64) -> (Frame, f64) {
 
 /// The stages of a pass.
 fn time(plan: &Plan, frame: &Frame, clock: &dyn Fn() -> f64) -> Stages {
-    if plan.settings.method != Method::Photon {
+    if !plan.settings.method.shoots() {
         let (gather, _) = timed(clock, || render_pass(plan, frame, u32::MAX, &[Layer::Visible]));
         return Stages { gather, ..Stages::default() };
     }
@@ -197,9 +197,23 @@ fn time(plan: &Plan, frame: &Frame, clock: &dyn Fn() -> f64) -> Stages {
 
 fn stages<P: Power, const R: usize>(plan: &Plan, frame: &Frame, clock: &dyn Fn() -> f64) -> Stages {
     let (shoot, photons) = timed(clock, || shoot::<P>(plan, frame, u32::MAX));
-    let (maps, built) = timed(clock, || Maps::build(photons, plan, frame, 0));
-    let (gather, _) = timed(clock, || gather::<P, R>(plan, frame, &built, u32::MAX));
+    let [maps, gather] = match plan.settings.method {
+        Method::Nearest => read::<_, R>(plan, frame, clock, || NearestMaps::build(photons, &plan.settings)),
+        _ => read::<_, R>(plan, frame, clock, || Maps::build(photons, plan, frame, 0)),
+    };
     Stages { shoot, maps, gather }
+}
+
+/// What making maps takes, and what reading them.
+fn read<D: Density, const R: usize>(
+    plan: &Plan,
+    frame: &Frame,
+    clock: &dyn Fn() -> f64,
+    build: impl FnOnce() -> D,
+) -> [f64; 2] {
+    let (maps, built) = timed(clock, build);
+    let (gather, _) = timed(clock, || gather::<_, R>(plan, frame, &built, u32::MAX));
+    [maps, gather]
 }
 
 /// What `work` takes by `clock`, and what it makes.

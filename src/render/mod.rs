@@ -130,7 +130,7 @@ impl Render {
 
     /// How far the picture is from the truth, as far as it can tell. None below two passes.
     pub fn error(&self) -> Option<ErrorEstimate> {
-        ErrorEstimate::of(&self.film)
+        ErrorEstimate::of(&self.film, self.plan.settings.method != Method::Nearest)
     }
 
     /// Renders the next pass and adds it to the film.
@@ -143,7 +143,8 @@ impl Render {
     pub fn passes(&mut self, most: u32) -> u32 {
         let begin = std::time::Instant::now();
         let Some(first) = self.schedule.next(self.film.pass_set()) else { return 0 };
-        let biased = self.frame.photons.is_some().then_some(Layer::Bias);
+        let tells_bias = self.frame.photons.is_some() && self.plan.settings.method == Method::Photon;
+        let biased = tells_bias.then_some(Layer::Bias);
         let planes: Vec<Layer> = self.film.accumulated().chain(biased).collect();
         let images = match &mut self.atlas {
             None => {
@@ -195,6 +196,11 @@ impl Render {
         if let Some(most) = settings.max_reflections {
             header.set("max_reflections", most);
         }
+        if settings.method == Method::Nearest {
+            header.set("nearest", settings.nearest);
+            header.set("cone", f64::from(settings.cone));
+            header.set(BIAS, "not told");
+        }
         tell_error(&mut header, &self.film);
         header
     }
@@ -206,17 +212,17 @@ impl Render {
 pub struct ErrorEstimate {
     /// Standard error of the mean over passes.
     pub noise: f64,
-    /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it.
-    pub bias: f64,
+    /// Bias of the finite gather radius; zero for the path tracers, and where noise hides it. None: not told, though there is one.
+    pub bias: Option<f64>,
     /// How far these rest upon few events.
     pub doubt: Doubt,
 }
 
 impl ErrorEstimate {
-    /// Of the passes of a film. None below two, or as long as all are of one half.
-    pub fn of(film: &Film) -> Option<Self> {
+    /// Of the passes of a film, with its bias if that is to be told. None below two, or as long as all are of one half.
+    pub fn of(film: &Film, tells_bias: bool) -> Option<Self> {
         let (noise, bias) = (film.relative_error()?, film.relative_bias()?);
-        Some(Self { noise, bias, doubt: film.doubt()? })
+        Some(Self { noise, bias: tells_bias.then_some(bias), doubt: film.doubt()? })
     }
 
     /// Whether the error can be trusted; where not, what is known to exist came too seldom to be judged.
@@ -232,18 +238,24 @@ impl ErrorEstimate {
         })
     }
 
-    /// Both together.
+    /// Both together, as far as they are told.
     pub fn total(self) -> f64 {
-        self.noise.hypot(self.bias)
+        self.noise.hypot(self.bias.unwrap_or(0.0))
     }
 }
 
+/// The fact that bias is not told.
+const BIAS: &str = "bias";
+
 /// Facts that follow from the passes of a film: how far the picture is from the truth, and whether that can be trusted.
 pub fn tell_error(header: &mut Header, film: &Film) {
-    let Some(error) = ErrorEstimate::of(film) else { return };
+    let tells_bias = !header.entries.iter().any(|(name, _)| name == BIAS);
+    let Some(error) = ErrorEstimate::of(film, tells_bias) else { return };
     let yes = |is: bool| if is { "yes" } else { "no" };
     header.set("relative_error", error.total());
-    header.set("relative_bias", error.bias);
+    if let Some(bias) = error.bias {
+        header.set("relative_bias", bias);
+    }
     header.set("error_is_trusted", yes(error.is_trusted()));
     header.set("error_variance_of_variance", error.doubt.variance_of_variance);
     header.set("light_of_single_passes", error.doubt.single);
@@ -274,6 +286,9 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
     if settings.method == Method::Photon {
         return Ok(());
     }
+    if settings.method == Method::Nearest {
+        return check_nearest(settings, layers);
+    }
     let makes =
         |layer: &Layer| matches!(layer, Layer::Visible | Layer::Invisible | Layer::Emitted | Layer::Error);
     if let Some(layer) = layers.iter().find(|layer| !makes(layer)) {
@@ -289,4 +304,13 @@ fn check(scene: &Scene, settings: &Settings, layers: &[Layer]) -> Result<()> {
         )));
     }
     Ok(())
+}
+
+fn check_nearest(settings: &Settings, layers: &[Layer]) -> Result<()> {
+    if layers.contains(&Layer::Bias) {
+        return Err(Error::Usage(
+            "--layers bias: nobody knows the bias of --method nearest; leave the layer out, or use --method photon".into(),
+        ));
+    }
+    settings.check_nearest()
 }

@@ -113,7 +113,7 @@ fn scattered(
 
 /// Learns which starts are of use to the picture. None: hardly fewer than all.
 pub fn learn_starts(plan: &Plan, frame: &Frame) -> Option<StartTree> {
-    let photons = frame.photons.as_ref().filter(|_| !plan.settings.even_starts)?;
+    let photons = frame.photons.as_ref().filter(|_| plan.settings.learns())?;
     let emitters = Emitters::<Light>::new(&plan.scene)?;
     let eye = Eye { plan, frame, emitters, direct: photons.classes.direct };
     let mut next = 0;

@@ -16,7 +16,7 @@ const LESSON_REFLECTIONS: u32 = 8;
 /// Learns which starts end in caustics that are deposited. None: no path does, and there is nothing to guide.
 pub fn learn_guide(plan: &Plan, frame: &Frame) -> Option<Guide> {
     let photons =
-        frame.photons.as_ref().filter(|photons| photons.classes.caustic && !plan.settings.even_starts)?;
+        frame.photons.as_ref().filter(|photons| photons.classes.caustic && plan.settings.learns())?;
     let emitters = Emitters::<Light>::new(&plan.scene)?;
     let start = |u| (emitters.emit(LESSONS, u), Guide::cell(&emitters, u));
     let led_to_caustics =

@@ -171,7 +171,10 @@ fn what_is_wrong_is_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let output = text(folder.path());
     let with = |more: &[&str]| refused(&[&["compare", "-o", output][..], more].concat());
-    assert!(with(&["--methods", "photon,pth"]).contains("'pth'; the methods are photon, path, path-plain"));
+    assert!(
+        with(&["--methods", "photon,pth"])
+            .contains("'pth'; the methods are photon, path, path-plain, nearest")
+    );
     assert!(with(&["--methods", "path,path"]).contains("twice"));
     assert!(with(&["builtin:nothing"]).contains("no such scene"));
     assert!(with(&["--reference", "not-there.exr"]).contains("not-there.exr"));

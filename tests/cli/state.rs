@@ -107,6 +107,27 @@ fn the_path_tracer_is_dealt_out_as_well() {
 }
 
 #[test]
+fn the_textbooks_photon_map_is_dealt_out_and_resumed_as_well() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let render =
+        "render builtin:caustic-box --method nearest --nearest 20 --cone inf --photons 2000 --size 16x16";
+    let layers = "--layers visible,invisible,error,direct,caustic,indirect";
+    done(here, &format!("{render} {layers} --passes 6 -o whole.exr"));
+    done(here, &format!("{render} {layers} --passes 6 --shard 1/2 --threads 1 -o 1.exr"));
+    done(here, &format!("{render} {layers} --passes 6 --shard 2/2 --threads 2 -o 2.exr"));
+    done(here, "merge 2.halflight 1.halflight -o merged.exr");
+    equal(here, "whole.exr", "merged.exr");
+    done(here, &format!("{render} {layers} --passes 2 --checkpoint 60s -o a.exr"));
+    done(here, &format!("{render} {layers} --passes 6 --extend -o a.exr"));
+    equal(here, "whole.exr", "a.exr");
+    let header = read_exr(&here.join("whole.exr")).expect("a picture").header;
+    assert_eq!(header.get("bias").map(ToString::to_string).as_deref(), Some("not told"));
+    let fewer = render.replace("--nearest 20", "--nearest 19");
+    refused(here, &format!("{fewer} {layers} --passes 9 --extend -o a.exr"), &["--nearest"]);
+}
+
+#[test]
 fn what_does_not_belong_together_is_refused_by_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();

@@ -63,6 +63,16 @@ fn settings_that_do_not_go_together() {
     must_refuse("render --samples 9", &["--samples 9", "--method path"]);
     must_refuse("plan --samples 9", &["--samples 9", "--method path"]);
     must_refuse("compare --methods photon --samples 9", &["--samples 9", "path"]);
+    must_refuse("render --method nearest --samples 9", &["--samples 9", "--method path"]);
+    must_refuse("render --method nearest --layers visible,bias", &["bias", "nearest", "--method photon"]);
+    must_refuse("render --method nearest --layers visible,error --atlas", &["nearest", "atlas"]);
+    must_refuse("render --method nearest --indirect-radius 9", &["--indirect-radius", "--method photon"]);
+    must_refuse("plan --method nearest --nearest 1", &["--nearest 1", "2 to 65536"]);
+    must_refuse("render --method nearest --cone 0.9", &["--cone 0.9", "1 or more"]);
+    must_refuse("render --method nearest --cone nan", &["--cone NaN", "1 or more"]);
+    must_refuse("render --nearest 50", &["--nearest", "--method nearest"]);
+    must_refuse("render --method path --cone 2", &["--cone", "--method nearest"]);
+    must_refuse("compare --reference-method nearest", &["bias", "path or photon"]);
 }
 
 #[test]

@@ -38,13 +38,13 @@ pub fn left_to_the_long_run(name: &str) -> bool {
     short
 }
 
-fn film(scene: &Scene, settings: Settings, passes: u32) -> Film {
+pub fn film(scene: &Scene, settings: Settings, passes: u32) -> Film {
     let mut render = Render::new(scene.clone(), settings, &[Layer::Visible]).expect("a render");
     (0..passes).for_each(|_| render.pass());
     render.film().clone()
 }
 
-fn settings(seed: u64) -> Settings {
+pub fn settings(seed: u64) -> Settings {
     Settings { width: SIDE, height: SIDE, seed, ..Settings::default() }
 }
 
@@ -60,7 +60,11 @@ fn shot(scene: &Scene, direct: Direct, passes: u32, radius: f32) -> Estimate {
         };
         Estimate::from_film(&film(scene, settings, passes)).expect("several passes")
     };
-    let (whole, half) = (at(radius, 1), at(0.5 * radius, 2));
+    extrapolated(&at(radius, 1), &at(0.5 * radius, 2))
+}
+
+/// Free of a bias that is linear in the radius, from pictures with a radius and with half of it.
+pub fn extrapolated(whole: &Estimate, half: &Estimate) -> Estimate {
     let error = |half: Vec3, whole: Vec3| (4.0 * half * half + whole * whole).map(f32::sqrt);
     let ((whole_colour, whole_error), (half_colour, half_error)) =
         (whole.colour.expect("from a film"), half.colour.expect("from a film"));
@@ -80,7 +84,7 @@ fn shot(scene: &Scene, direct: Direct, passes: u32, radius: f32) -> Estimate {
     }
 }
 
-fn traced(scene: &Scene, method: Method, passes: u32) -> Estimate {
+pub fn traced(scene: &Scene, method: Method, passes: u32) -> Estimate {
     let settings = Settings { method, samples: 32, ..settings(3) };
     Estimate::from_film(&film(scene, settings, passes)).expect("several passes")
 }
@@ -91,7 +95,7 @@ const BLOCK: usize = 4;
 /// The same picture by blocks of pixels. In a single pixel light that is found by chance comes from so few hits that its mean is
 /// not yet distributed normally, which the test takes it to be; in a block it is. Errors of pixels add up as if they were all the
 /// same error where photons are shared, and as independent ones where nothing is.
-fn in_blocks(estimate: &Estimate, shared: bool) -> Estimate {
+pub fn in_blocks(estimate: &Estimate, shared: bool) -> Estimate {
     let (side, blocks) = (SIDE as usize, SIDE as usize / BLOCK);
     let count = (BLOCK * BLOCK) as f32;
     let pixels = |block: usize| {
@@ -149,15 +153,20 @@ pub fn must_agree_from(radius: f32, passes: u32, name: &str, scene: &Scene, dire
             Method::PathPlain => (in_blocks(&shot, true), in_blocks(&traced, false)),
             _ => (shot.clone(), traced),
         };
-        let name = format!("{name} against {}", method.name());
-        let verdict = agreement(&shot, &traced, None);
-        assert!(verdict.accepted(), "{name}: {verdict:?}");
-        let lit = traced.mean.iter().any(|rgb| rgb.max_element() > 0.0);
-        assert!(lit, "{name}: a black picture proves nothing");
-        for factor in [0.98, 1.02] {
-            let wrong = agreement(&scaled(&shot, factor), &traced, None);
-            assert!(!wrong.accepted(), "{name}: too noisy to tell {factor}: {wrong:?}");
-        }
+        must_be_alike(&format!("{name} against {}", method.name()), &shot, &traced);
+    }
+}
+
+/// Two pictures agree, and would not if one were off by 2 %.
+#[track_caller]
+pub fn must_be_alike(name: &str, shot: &Estimate, traced: &Estimate) {
+    let verdict = agreement(shot, traced, None);
+    assert!(verdict.accepted(), "{name}: {verdict:?}");
+    let lit = traced.mean.iter().any(|rgb| rgb.max_element() > 0.0);
+    assert!(lit, "{name}: a black picture proves nothing");
+    for factor in [0.98, 1.02] {
+        let wrong = agreement(&scaled(shot, factor), traced, None);
+        assert!(!wrong.accepted(), "{name}: too noisy to tell {factor}: {wrong:?}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::support::small;
 use halflight::film::Layer;
-use halflight::plan::Settings;
+use halflight::plan::{Method, Settings};
 use halflight::render::Render;
 use halflight::scene::Scene;
 
@@ -36,4 +36,13 @@ fn one_two_and_three_threads_give_the_same_bits() {
     }
     let other_seed = bits(2, &Settings { seed: 6, ..settings });
     assert_ne!(one, other_seed);
+}
+
+#[test]
+fn nor_do_threads_change_what_the_nearest_photons_say() {
+    // So many that kiddo builds its tree in parallel.
+    let settings = Settings { method: Method::Nearest, nearest: 30, ..small(32, 24, 200_000) };
+    let one = bits(1, &settings);
+    assert!(one.iter().any(|rgb| f32::from_bits(rgb[0]) > 0.0), "a black picture proves nothing");
+    assert!(one == bits(3, &settings), "3 threads differ from one");
 }

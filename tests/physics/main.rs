@@ -22,6 +22,7 @@ mod matrices;
 mod media;
 mod mirrors;
 mod moved;
+mod nearest;
 mod omissions;
 mod online_error;
 mod pilot;

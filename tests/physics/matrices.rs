@@ -9,12 +9,12 @@ use halflight::render::Render;
 use halflight::scene::{Illumination, Luminaire, Matter, Scene, SpotCone};
 use std::f64::consts::PI;
 
-const A: Matrix = Matrix::new([[0.5, 0.25], [0.1, 0.7]]);
-const B: Matrix = Matrix::new([[0.3, 0.0], [0.6, 0.2]]);
+pub const A: Matrix = Matrix::new([[0.5, 0.25], [0.1, 0.7]]);
+pub const B: Matrix = Matrix::new([[0.3, 0.0], [0.6, 0.2]]);
 const FLOOR: Matrix = Matrix::new([[0.0, 0.0], [0.8, 0.3]]);
 
 /// A spot of (I_inv, I_vis) = (5, 2) above two sheets that do not commute, above a floor.
-fn stack(upper: Matrix, lower: Matrix) -> Scene {
+pub fn stack(upper: Matrix, lower: Matrix) -> Scene {
     let mut build = Build::new(Illumination::LOCAL, look(Vec3::new(2.0, 0.3, 0.0), Vec3::ZERO));
     build.yfov(0.001);
     let own = |straight| Illumination::Own(Matter { opaque: Matrix::ZERO, straight });
@@ -37,7 +37,7 @@ fn stack(upper: Matrix, lower: Matrix) -> Scene {
     build.finish()
 }
 
-fn expected(upper: Matrix, lower: Matrix) -> f64 {
+pub fn expected(upper: Matrix, lower: Matrix) -> f64 {
     let light = FLOOR * (lower * (upper * Light::new(Vec3::splat(5.0), Vec3::splat(2.0))));
     f64::from(light.visible.x) / 4.0 * 0.5 / PI
 }

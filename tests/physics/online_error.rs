@@ -101,7 +101,7 @@ fn bias_is_seen_where_the_radius_is_large() {
         })
         .sum::<f64>()
         / (3.0 * mean.len() as f64);
-    let (shown, real) = (blurred.error().expect("passes").bias, real.max(0.0).sqrt());
+    let (shown, real) = (blurred.error().expect("passes").bias.expect("told"), real.max(0.0).sqrt());
     assert!(real > 0.02, "the example has no bias: {real}");
     assert!((0.5..=2.0).contains(&(shown / real)), "shows {shown:.4}, is {real:.4}");
 }

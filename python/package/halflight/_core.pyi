@@ -15,7 +15,7 @@ Color = Union[float, Sequence[float], npt.NDArray[Any]]
 #: A name ("global", "local", "shadowless", "one-bounce", "whitted", "S,T", eight numbers) or a point (s, t) of the square.
 Illumination = Union[str, tuple[float, float]]
 Halves = Union[Literal["both", "invisible"], tuple[float, float]]
-Method = Literal["photon", "path", "path-plain"]
+Method = Literal["photon", "path", "path-plain", "nearest"]
 View = Literal["standard", "neutral", "agx"]
 
 class Progress(TypedDict):
@@ -300,6 +300,8 @@ class Render:
         max_reflections: int | None = None,
         indirect_radius: float | None = None,
         caustic_radius: float | None = None,
+        nearest: int | None = None,
+        cone: float | None = None,
         even_starts: bool = False,
         keep_everything: bool = False,
         keep: Sequence[str] = (),
@@ -371,6 +373,8 @@ def render(
     max_reflections: int | None = None,
     indirect_radius: float | None = None,
     caustic_radius: float | None = None,
+    nearest: int | None = None,
+    cone: float | None = None,
     even_starts: bool = False,
     keep_everything: bool = False,
     keep: Sequence[str] = (),
@@ -391,6 +395,8 @@ def plan(
     max_reflections: int | None = None,
     indirect_radius: float | None = None,
     caustic_radius: float | None = None,
+    nearest: int | None = None,
+    cone: float | None = None,
     even_starts: bool = False,
     keep_everything: bool = False,
     keep: Sequence[str] = (),
