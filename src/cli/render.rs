@@ -115,7 +115,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     let viewers = args.live.open(&args.output)?;
     let mut loaded = args.scene.load_with_files()?;
     let watch = match args.live.watch {
-        true => Some(Watch::begin(&args.scene, &loaded, &viewers.board)?),
+        true => Some(Watch::begin(&args.scene, &loaded, &viewers.board, args.quiet)?),
         false => None,
     };
     let mut job = Job { args, settings, layers, files, begin, interrupt, viewers, watch };

@@ -34,6 +34,7 @@ struct Watcher {
     camera: Seen,
     found: Arc<Mutex<Option<Loaded>>>,
     board: Arc<Board>,
+    quiet: bool,
     /// What was said last of files that cannot be read.
     trouble: Option<String>,
 }
@@ -43,7 +44,7 @@ impl Watch {
     ///
     /// # Errors
     /// It has no file.
-    pub fn begin(args: &SceneArgs, loaded: &Loaded, board: &Arc<Board>) -> Result<Self, Error> {
+    pub fn begin(args: &SceneArgs, loaded: &Loaded, board: &Arc<Board>, quiet: bool) -> Result<Self, Error> {
         if loaded.files.is_empty() {
             return Err(Error::Usage("--watch: a built-in scene has no file that could change".into()));
         }
@@ -55,6 +56,7 @@ impl Watch {
             camera: Seen::of(&loaded.scene),
             found: Arc::clone(&found),
             board: Arc::clone(board),
+            quiet,
             trouble: None,
         };
         let thread = std::thread::Builder::new().name("watch".into()).spawn(move || watcher.run());
@@ -121,16 +123,22 @@ impl Watcher {
         self.board.tell(|facts| facts.note = None);
         self.camera.keep(&mut loaded.scene);
         self.files.clone_from(&loaded.files);
-        let (name, hash) = (&self.args.scene, loaded.scene.hash());
+        let (name, hash) = (self.args.scene.clone(), loaded.scene.hash());
         if hash == self.hash {
-            say(format_args!("watch: {} was written, and shows the same", name.display()));
+            self.tell(&format!("watch: {} was written, and shows the same", name.display()));
             return;
         }
-        say(format_args!("watch: {} has changed; it is rendered anew", name.display()));
+        self.tell(&format!("watch: {} has changed; it is rendered anew", name.display()));
         self.hash = hash;
         self.camera = Seen::of(&loaded.scene);
         *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
         self.board.interrupt();
+    }
+
+    fn tell(&self, line: &str) {
+        if !self.quiet {
+            say(line);
+        }
     }
 
     /// Says once what cannot be read.

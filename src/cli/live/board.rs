@@ -254,6 +254,7 @@ impl Board {
         let begun = self.lock().facts.passes > 0;
         self.wish(|wishes| {
             wishes.stop = true;
+            wishes.pause = false;
             if begun {
                 wishes.ending.ask();
             }

@@ -84,10 +84,10 @@ async function look() {
     $("none").hidden = true;
     shown = `${of.replace(" ", ",")} ${wanted}`;
     const layer = $("layer").value, mapped = layer === "error" || layer === "bias";
-    const stops = answer.headers.get("X-Exposure");
+    const passes = of.split(" ")[1], stops = answer.headers.get("X-Exposure");
     if ($("auto").checked && !mapped) $("stops").textContent = stops;
     $("key").hidden = !mapped;
-    $("caption").textContent = `${layer}, ${of.split(" ")[1]} passes, ${picture.naturalWidth} × ${picture.naturalHeight}`;
+    $("caption").textContent = `${layer}, ${passes} pass${passes === "1" ? "" : "es"}, ${picture.naturalWidth} × ${picture.naturalHeight}`;
     Object.assign(marks, { shown: wanted, of, stops });
   } catch {
     // The next look tries again.
