@@ -13,6 +13,7 @@ use super::watch::Watch;
 use super::writer::{Writer, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, Layer, Preview, StateFile};
+use crate::machine::MemoryLimit;
 use crate::mattes::Mattes;
 use crate::plan::Settings;
 use crate::render::{Pace, Render, key};
@@ -157,11 +158,7 @@ impl Job<'_> {
         let (size, seed) = ((settings.width, settings.height), settings.seed);
         self.files.check_size(size)?;
         scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
-        let mut memory = memory_below(args.memory);
-        memory.iter_mut().for_each(|limit| {
-            limit.bytes = limit.bytes.saturating_sub(viewers.bytes(size, &self.layers));
-        });
-        let settings = Settings { atlas: args.atlas, memory, ..settings };
+        let settings = Settings { atlas: args.atlas, memory: self.memory(size), ..settings };
         let preview = args.preview.over(Preview::usual(&scene));
         let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
         let state = match state {
@@ -179,12 +176,9 @@ impl Job<'_> {
         let spent = args.go_on(&mut render, &keep, state)?;
         let time = limits.time.map(|time| time.saturating_sub(spent));
         let mut pace = Pace::new(*begin, time, render.film().passes());
-        if !keep.dealt
-            && spent.is_zero()
-            && let Some(line) = pace.fit(&mut render)
-        {
-            args.tell(&format_args!("note: {line}"));
-        }
+        let fits = !keep.dealt && spent.is_zero();
+        let fitted = if fits { pace.fit(&mut render) } else { None };
+        fitted.iter().for_each(|line| args.tell(&format_args!("note: {line}")));
         let progress = Progress::new(args.quiet, args.progress, &render, &limits);
         let limits = Limits { time, ..limits };
         let writer = Writer::new(self.files.clone(), preview, mattes, args.quiet);
@@ -202,9 +196,17 @@ impl Job<'_> {
             next_write: atlas_waits.unwrap_or_else(|| begin.elapsed()),
             progress,
             writer,
+            once: self.files.device,
             quiet: args.quiet,
         };
         under_way.to_the_end(&mut render)
+    }
+
+    /// The memory that a render of this size may take beside those who watch it.
+    fn memory(&self, size: (u32, u32)) -> Option<MemoryLimit> {
+        let seen = self.viewers.bytes(size, &self.layers);
+        let limit = memory_below(self.args.memory)?;
+        Some(MemoryLimit { bytes: limit.bytes.saturating_sub(seen), ..limit })
     }
 
     /// The scene to render after a render that ended so. None: the program ends. Trouble with the first scene ends it too; with

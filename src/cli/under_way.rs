@@ -48,6 +48,8 @@ pub struct UnderWay<'a> {
     pub next_write: Duration,
     pub progress: Progress,
     pub writer: Writer,
+    /// True where the picture can be written only once, to a device.
+    pub once: bool,
     pub quiet: bool,
 }
 
@@ -237,7 +239,8 @@ enum After {
 impl UnderWay<'_> {
     /// Waits as long as somebody may want something. A signal ends the program at once meanwhile.
     fn afterwards(&mut self, render: &Render, end: End) -> After {
-        if self.board().is_quit() || (!self.viewers.can_ask() && self.watch.is_none()) {
+        let nobody_asks = !self.viewers.can_ask() && self.watch.is_none();
+        if self.board().is_quit() || self.once || nobody_asks {
             return After::Quit;
         }
         let code = if end == End::Stopped && self.keep.asked { KEPT } else { 0 };

@@ -112,7 +112,7 @@ fn state(address: &str) -> serde_json::Value {
     serde_json::from_slice(&body).expect("JSON")
 }
 
-fn until(address: &str, what: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
+fn until(address: &str, mut what: impl FnMut(&serde_json::Value) -> bool) -> serde_json::Value {
     let begin = Instant::now();
     loop {
         let state = state(address);
@@ -391,9 +391,38 @@ fn what_cannot_be_watched_is_refused() {
 #[derive(Debug, PartialEq)]
 struct Sent {
     name: String,
-    size: (u32, u32),
+    size: (usize, usize),
     channels: Vec<String>,
     values: Vec<Vec<f32>>,
+}
+
+/// The fields of a packet, one after another.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn take(&mut self, count: usize) -> &'a [u8] {
+        let (taken, rest) = self.0.split_at(count);
+        self.0 = rest;
+        taken
+    }
+
+    fn number(&mut self) -> usize {
+        u32::from_le_bytes(self.take(4).try_into().expect("four")) as usize
+    }
+
+    fn long(&mut self) -> usize {
+        u64::from_le_bytes(self.take(8).try_into().expect("eight")) as usize
+    }
+
+    fn string(&mut self) -> String {
+        let length = self.0.iter().position(|byte| *byte == 0).expect("an end");
+        let text = self.take(length + 1);
+        String::from_utf8(text[..length].to_vec()).expect("UTF-8")
+    }
+
+    fn strings(&mut self, count: usize) -> Vec<String> {
+        (0..count).map(|_| self.string()).collect()
+    }
 }
 
 /// Reads packets as the protocol of tev describes them until the sender goes away, or `most` were read.
@@ -407,56 +436,40 @@ fn viewed(stream: TcpStream, most: usize) -> Option<Sent> {
         }
         let mut packet = vec![0; u32::from_le_bytes(length) as usize - 4];
         stream.read_exact(&mut packet).expect("a whole packet");
-        let mut rest = packet.as_slice();
-        let mut take = |count: usize| {
-            let (taken, left) = rest.split_at(count);
-            rest = left;
-            taken.to_vec()
-        };
-        let (kind, _) = (take(1)[0], take(1));
-        let mut string = |rest: &mut dyn FnMut(usize) -> Vec<u8>| {
-            let bytes: Vec<u8> = std::iter::from_fn(|| Some(rest(1)[0]).filter(|byte| *byte != 0)).collect();
-            String::from_utf8(bytes).expect("UTF-8")
-        };
-        let name = string(&mut take);
-        let number =
-            |take: &mut dyn FnMut(usize) -> Vec<u8>| u32::from_le_bytes(take(4).try_into().expect("four"));
-        let long = |take: &mut dyn FnMut(usize) -> Vec<u8>| {
-            u64::from_le_bytes(take(8).try_into().expect("eight")) as usize
-        };
+        let mut fields = Fields(&packet);
+        let kind = fields.take(2)[0];
+        let name = fields.string();
         match kind {
             4 => {
-                let size = (number(&mut take), number(&mut take));
-                let count = number(&mut take);
-                let channels: Vec<String> = (0..count).map(|_| string(&mut take)).collect();
-                let values = vec![vec![f32::NAN; (size.0 * size.1) as usize]; channels.len()];
-                sent = Some(Sent { name, size, channels, values });
+                let (width, height, count) = (fields.number(), fields.number(), fields.number());
+                let values = vec![vec![f32::NAN; width * height]; count];
+                sent = Some(Sent { name, size: (width, height), channels: fields.strings(count), values });
             }
-            6 => {
-                let sent = sent.as_mut().expect("a picture was made before");
-                assert_eq!(name, sent.name);
-                let count = number(&mut take) as usize;
-                let names: Vec<String> = (0..count).map(|_| string(&mut take)).collect();
-                assert_eq!(names, sent.channels);
-                let [x, y, width, height] = [(); 4].map(|()| number(&mut take) as usize);
-                let offsets: Vec<usize> = (0..count).map(|_| long(&mut take)).collect();
-                let strides: Vec<usize> = (0..count).map(|_| long(&mut take)).collect();
-                let data: Vec<f32> = take(4 * count * width * height)
-                    .chunks_exact(4)
-                    .map(|four| f32::from_le_bytes(four.try_into().expect("four")))
-                    .collect();
-                for (channel, values) in sent.values.iter_mut().enumerate() {
-                    for pixel in 0..width * height {
-                        let at = (y + pixel / width) * sent.size.0 as usize + x + pixel % width;
-                        values[at] = data[offsets[channel] + pixel * strides[channel]];
-                    }
-                }
-            }
+            6 => sent.as_mut().expect("a picture was made before").update(&name, &mut fields),
             other => panic!("a packet of kind {other}"),
         }
-        assert!(rest.is_empty(), "{} bytes too many", rest.len());
+        assert!(fields.0.is_empty(), "{} bytes too many", fields.0.len());
     }
     sent
+}
+
+impl Sent {
+    fn update(&mut self, name: &str, fields: &mut Fields<'_>) {
+        assert_eq!(name, self.name);
+        let count = fields.number();
+        assert_eq!(fields.strings(count), self.channels);
+        let [x, y, width, height] = [(); 4].map(|()| fields.number());
+        let offsets: Vec<usize> = (0..count).map(|_| fields.long()).collect();
+        let strides: Vec<usize> = (0..count).map(|_| fields.long()).collect();
+        let data: Vec<f32> =
+            (0..count * width * height).map(|_| f32::from_bits(fields.number() as u32)).collect();
+        for (channel, values) in self.values.iter_mut().enumerate() {
+            for pixel in 0..width * height {
+                let at = (y + pixel / width) * self.size.0 + x + pixel % width;
+                values[at] = data[offsets[channel] + pixel * strides[channel]];
+            }
+        }
+    }
 }
 
 #[test]
