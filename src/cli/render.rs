@@ -199,7 +199,7 @@ impl Job<'_> {
             once: self.files.device,
             quiet: args.quiet,
         };
-        under_way.to_the_end(&mut render)
+        under_way.complete(&mut render)
     }
 
     /// The memory that a render of this size may take beside those who watch it.

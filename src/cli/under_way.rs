@@ -58,7 +58,7 @@ impl UnderWay<'_> {
     ///
     /// # Errors
     /// There is no picture, or it cannot be written.
-    pub fn to_the_end(&mut self, render: &mut Render) -> Result<Option<ExitCode>> {
+    pub fn complete(&mut self, render: &mut Render) -> Result<Option<ExitCode>> {
         self.introduce(render);
         loop {
             let end = self.passes(render);
@@ -286,7 +286,7 @@ impl UnderWay<'_> {
         self.progress.retarget(&self.limits);
         match goal {
             Goal::Passes(_) => {
-                self.tell(&format_args!("live: asked for {} passes in all", end.unwrap_or(done)))
+                self.tell(&format_args!("live: asked for {} passes in all", end.unwrap_or(done)));
             }
             Goal::Error(error) => self.tell(&format_args!("live: asked for an error of {error}")),
         }
@@ -323,7 +323,7 @@ impl UnderWay<'_> {
                 all_seconds: seconds(time),
                 all_error,
                 seconds: elapsed.as_secs_f64(),
-                error: error.map(|error| error.total()),
+                error: error.map(ErrorEstimate::total),
                 noise: error.map(|error| error.noise),
                 bias: error.map(|error| error.bias),
                 left: seconds(left),

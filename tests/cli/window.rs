@@ -45,6 +45,7 @@ impl Window {
         let target = target["targetId"].as_str().expect("a page");
         let session = window.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         window.session = session["sessionId"].as_str().expect("a session").into();
+        window.until("document.readyState === 'complete' && document.documentElement.dataset.status");
         window
     }
 
@@ -78,7 +79,7 @@ impl Window {
     /// Waits until an expression is true in the page.
     pub fn until(&mut self, expression: &str) {
         let begin = Instant::now();
-        while self.value(&format!("Boolean({expression})")) != true {
+        while self.value(&format!("Boolean(document.documentElement && {expression})")) != true {
             if begin.elapsed() > PATIENCE {
                 let marks = self.value("JSON.stringify(document.documentElement.dataset)");
                 panic!("{expression} does not come true: {marks}");

@@ -35,7 +35,7 @@ impl Tev {
     /// No thread can be had.
     pub fn begin(to: String, name: String, board: Arc<Board>) -> io::Result<Self> {
         let last = Arc::new(AtomicBool::new(false));
-        let mut sender = Sender { to, name, board, last: Arc::clone(&last), trouble: None, known: None };
+        let mut sender = Sender { to, name, board, last: Arc::clone(&last), trouble: None, met: false };
         let thread = std::thread::Builder::new().name("tev".into()).spawn(move || sender.run())?;
         Ok(Self { thread, last })
     }
@@ -55,8 +55,8 @@ struct Sender {
     last: Arc<AtomicBool>,
     /// What was said last of a viewer that is away.
     trouble: Option<&'static str>,
-    /// The picture that was sent last.
-    known: Option<(u32, u32)>,
+    /// True from when one was there.
+    met: bool,
 }
 
 impl Sender {
@@ -96,6 +96,7 @@ impl Sender {
 
     /// Until the last picture is sent.
     fn send_all(&mut self, stream: &mut TcpStream) -> io::Result<()> {
+        self.met = true;
         if self.trouble.take().is_some() {
             say(format_args!("--tev {}: the viewer is there", self.to));
         }
@@ -112,7 +113,6 @@ impl Sender {
                 }
                 tiles(&self.name, &picture, &channels).try_for_each(|packet| stream.write_all(&packet))?;
                 sent = Some(picture.of);
-                self.known = sent;
             } else if last {
                 return Ok(());
             }
@@ -125,7 +125,7 @@ impl Sender {
 
     /// Says so once.
     fn away(&mut self, why: &io::Error) {
-        let trouble = if self.known.is_some() { "the viewer went away" } else { "no viewer is there" };
+        let trouble = if self.met { "the viewer went away" } else { "no viewer is there" };
         if self.trouble.replace(trouble) != Some(trouble) {
             say(format_args!(
                 "--tev {}: {trouble} ({why}); the render goes on, and it is looked for again",
