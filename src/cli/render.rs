@@ -121,7 +121,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     };
     let mut job = Job { args, settings, layers, files, begin, interrupt, viewers, watch };
     let mut end = job.render(loaded);
-    while let Some(next) = job.next(&end)? {
+    while let Some(next) = job.next(&mut end)? {
         loaded = next;
         job.begin = Instant::now();
         end = job.render(loaded);
@@ -211,7 +211,7 @@ impl Job<'_> {
 
     /// The scene to render after a render that ended so. None: the program ends. Trouble with the first scene ends it too; with
     /// another it is said, and the next is waited for.
-    fn next(&self, end: &Result<Option<ExitCode>>) -> Result<Option<Loaded>> {
+    fn next(&self, end: &mut Result<Option<ExitCode>>) -> Result<Option<Loaded>> {
         let Some(watch) = &self.watch else { return Ok(None) };
         match end {
             Ok(Some(_)) => return Ok(None),
@@ -220,6 +220,7 @@ impl Job<'_> {
             Err(error) => {
                 say(format_args!("watch: {error}; another scene is waited for"));
                 self.viewers.board.tell(|facts| facts.note = Some(error.to_string()));
+                *end = Ok(None);
             }
         }
         self.interrupt.idle(Some(0));

@@ -360,6 +360,38 @@ fn what_is_half_written_is_said_once_and_waited_for() {
     assert_ne!(first.layers, second.layers);
 }
 
+/// The scene with walls that reflect so many times what meets them.
+fn amplifying(gltf: &str, factor: f64) -> String {
+    let mut scene: serde_json::Value = serde_json::from_str(gltf).expect("JSON");
+    for material in scene["materials"].as_array_mut().expect("materials") {
+        material["extras"] = serde_json::json!({ "opaque": [factor, 0, 0, factor] });
+    }
+    scene.to_string()
+}
+
+#[test]
+fn a_scene_that_has_no_image_is_waited_out_and_left_by_quit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, gltf) = scene(folder.path());
+    let arguments = "render box.gltf --size 40x40 --photons 5000 --passes 2 -o a.exr --live --watch";
+    let running = Running::new(folder.path(), arguments);
+    let address = running.page();
+    running.line("watch: waiting");
+    std::fs::write(&path, amplifying(&gltf, 9.0)).expect("written");
+    running.line("another scene is waited for");
+    assert!(until(&address, |state| !state["facts"]["note"].is_null())["facts"]["status"] == "loading");
+    std::fs::write(&path, &gltf).expect("written");
+    running.line("watch: waiting");
+    assert_eq!(state(&address)["facts"]["note"], serde_json::Value::Null);
+    std::fs::write(&path, amplifying(&gltf, 8.0)).expect("written");
+    running.line("another scene is waited for");
+    assert_eq!(asked(&address, "POST", "quit", "").0, 200);
+    assert_eq!(running.ends(), 0);
+    // With the first scene that is the end.
+    let arguments = "render box.gltf --size 40x40 --passes 2 -o b.exr --watch";
+    assert_eq!(crate::halflight(folder.path(), arguments).status.code(), Some(3));
+}
+
 #[test]
 fn what_cannot_be_watched_is_refused() {
     for (arguments, words) in [
