@@ -9,13 +9,20 @@ use std::time::Instant;
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
     wish: Arc<AtomicBool>,
+    /// Somebody else's.
+    other: Option<Arc<AtomicBool>>,
     deadline: Option<Instant>,
 }
 
 impl Stop {
     /// The same wish, and the end at `deadline`.
     pub fn at(&self, deadline: Option<Instant>) -> Self {
-        Self { wish: Arc::clone(&self.wish), deadline }
+        Self { deadline, ..self.clone() }
+    }
+
+    /// The same, and the end also when `other` wishes it.
+    pub fn or(&self, other: &Self) -> Self {
+        Self { other: Some(Arc::clone(&other.wish)), ..self.clone() }
     }
 
     /// Wishes the end.
@@ -25,7 +32,8 @@ impl Stop {
 
     /// True when someone wished the end, whatever the time.
     pub fn is_wished(&self) -> bool {
-        self.wish.load(Ordering::Relaxed)
+        let is_set = |wish: &Arc<AtomicBool>| wish.load(Ordering::Relaxed);
+        is_set(&self.wish) || self.other.as_ref().is_some_and(is_set)
     }
 
     /// True from when the end is wished or due; never false again.
@@ -47,5 +55,14 @@ mod tests {
         assert!(due.asked() && !due.is_wished() && !later.asked() && !stop.asked());
         later.ask();
         assert!(stop.asked() && later.is_wished() && due.is_wished());
+    }
+
+    #[test]
+    fn either_of_two_wishes_ends_work_and_neither_the_other() {
+        let (own, other) = (Stop::default(), Stop::default());
+        let both = own.or(&other).at(None);
+        assert!(!both.asked());
+        other.ask();
+        assert!(both.asked() && !own.asked());
     }
 }

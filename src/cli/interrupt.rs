@@ -2,8 +2,8 @@
 
 use super::out::say;
 use crate::stop::Stop;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Hears the wish to end. Before the first pass is complete there is nothing to write, and the program ends at once; later
 /// what there is is written first, and a second wish ends it at once.
@@ -16,6 +16,8 @@ pub struct Interrupt {
     code: Arc<AtomicU8>,
     /// The exit code of every wish to end, where a state is kept; else zero.
     kept: u8,
+    /// The exit code of a program that only waits, all it made being on disk. None: it works.
+    idle: Arc<Mutex<Option<u8>>>,
 }
 
 impl Interrupt {
@@ -36,12 +38,25 @@ impl Interrupt {
         self.begun.store(true, Ordering::Relaxed);
     }
 
+    /// Another render begins, of which no pass is complete.
+    pub fn begins_anew(&self) {
+        self.begun.store(false, Ordering::Relaxed);
+    }
+
+    /// From now on, as long as it is Some, a wish to end ends the program at once, with that exit code.
+    pub fn idle(&self, code: Option<u8>) {
+        *self.idle.lock().unwrap_or_else(PoisonError::into_inner) = code;
+    }
+
     /// The exit code of a render that was interrupted.
     pub fn exit_code(&self) -> Option<u8> {
         Some(self.code.load(Ordering::Relaxed)).filter(|code| *code != 0)
     }
 
     fn heard(&self, signal: u8) {
+        if let Some(code) = *self.idle.lock().unwrap_or_else(PoisonError::into_inner) {
+            std::process::exit(code.into());
+        }
         let code = if self.kept > 0 { self.kept } else { 128 + signal };
         if !self.begun.load(Ordering::Relaxed) {
             say("interrupted before the first pass was complete: nothing was written");

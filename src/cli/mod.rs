@@ -14,6 +14,7 @@ mod info;
 mod interrupt;
 mod keep;
 mod limits;
+mod live;
 mod merge;
 mod mix;
 mod out;
@@ -25,7 +26,9 @@ mod render;
 mod scene_args;
 mod settings_args;
 mod threads;
+mod under_way;
 mod view;
+mod watch;
 mod writer;
 
 use crate::error::{Error, Result};

@@ -91,6 +91,28 @@ impl Progress {
         }
     }
 
+    /// From now on these are the limits.
+    pub fn retarget(&mut self, limits: &Limits) {
+        self.limits = *limits;
+    }
+
+    /// Nothing more is told of a render that is given up.
+    pub fn give_up(&self) {
+        if let Out::Bar(bar) = &self.out {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// The time that is left until the nearest limit, as far as is known.
+    pub fn time_left(
+        &self,
+        passes: u32,
+        elapsed: Duration,
+        error: Option<ErrorEstimate>,
+    ) -> Option<Duration> {
+        self.left(elapsed, self.fraction_done(passes, elapsed, error))
+    }
+
     /// How far the nearest limit has come; the error falls as the square root of time.
     fn fraction_done(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>) -> f64 {
         let by_passes = self.limits.passes.map_or(0.0, |limit| f64::from(passes) / f64::from(limit));

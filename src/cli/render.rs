@@ -1,18 +1,23 @@
 use super::interrupt::Interrupt;
 use super::keep::{KEPT, Keep, KeepArgs};
 use super::limits::{Limits, Passes, bytes, duration, memory_below, passes, positive};
+use super::live::{LOOK_ABOUT, LiveArgs, Viewers};
 use super::out::say;
 use super::output::{Overwrite, PictureFiles};
 use super::preview_args::PreviewArgs;
 use super::progress::{Progress, Told};
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
-use super::writer::{Writer, patiently, write_picture};
+use super::under_way::{LONGEST_SILENCE, UnderWay};
+use super::watch::Watch;
+use super::writer::{Writer, write_picture};
 use crate::error::{Error, Result};
-use crate::film::{Film, Preview, StateFile};
+use crate::film::{Film, Layer, Preview, StateFile};
+use crate::machine::MemoryLimit;
 use crate::mattes::Mattes;
 use crate::plan::Settings;
-use crate::render::{ErrorEstimate, Pace, Render, key, tell_error};
+use crate::render::{Pace, Render, key, tell_error};
+use crate::scene::Loaded;
 use crate::scene::names::listed;
 use clap::Args;
 use std::fmt::Display;
@@ -75,6 +80,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     preview: PreviewArgs,
 
+    #[command(flatten)]
+    live: LiveArgs,
+
     /// How the render is told while it runs, on standard error; json: pass, seconds, error, bias and eta (seconds) of each pass.
     #[arg(long, value_enum, default_value_t = Told::Auto)]
     progress: Told,
@@ -86,94 +94,145 @@ pub struct RenderArgs {
 
 /// Passes of a render that was given no limit.
 const DEFAULT_PASSES: u32 = 64;
-/// The longest time between two pictures on disk.
-const LONGEST_SILENCE: Duration = Duration::from_secs(60);
-/// Unless writing takes more than one part in so many of the time.
-const MOST_WRITING: u32 = 50;
 
 pub fn run(args: &RenderArgs) -> Result<ExitCode> {
+    let begin = Instant::now();
     let (settings, layers) = args.settings.resolve()?;
     let files = PictureFiles::of(&args.output)?;
-    if args.atlas {
-        files.must_hold_layers("--atlas")?;
+    let holds = [("--atlas", args.atlas), ("--cryptomatte", args.cryptomatte)];
+    holds.iter().filter(|(_, asked)| *asked).try_for_each(|(option, _)| files.must_hold_layers(option))?;
+    let keep = args.keep(&files)?;
+    if args.live.watch && (keep.asked || files.device) {
+        return Err(Error::Usage(
+            "--watch renders many pictures, one after another, to a file; leave --checkpoint, --resume, --extend, --shard, \
+             --stop-after, --passes A..B and devices out"
+                .into(),
+        ));
     }
-    if args.cryptomatte {
-        files.must_hold_layers("--cryptomatte")?;
-    }
-    let mut keep = Keep::of(args.keep, args.passes(), &args.output, files.device, args.atlas)?;
-    let limits = Limits { passes: keep.schedule.len(), time: args.time, error: args.error };
     if let Some(asked) = args.threads {
         start_threads(asked, args.quiet)?;
     }
-    let begin = Instant::now();
     let interrupt = Interrupt::listen(keep.asked.then_some(KEPT));
-    let loaded = args.scene.load_with_files()?;
-    files.claim(&loaded.files, args.overwrite, args.quiet)?;
-    keep.claim(&loaded.files, args.overwrite)?;
-    let mut scene = loaded.scene;
-    let settings = args.settings.film(settings, &mut scene);
-    files.check_size((settings.width, settings.height))?;
-    scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
-    let memory = memory_below(args.memory);
-    let settings = Settings { atlas: args.atlas, memory, ..settings };
-    let preview = args.preview.over(Preview::usual(&scene));
-    let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
-    let state = match state {
-        Some(state) if keep.is_complete(state.head(), limits.time) => {
-            let size = (settings.width, settings.height);
-            let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, settings.seed));
-            return complete_already(args, &files, state, mattes.as_ref(), preview);
-        }
-        state => state,
+    let viewers = args.live.open(&args.output)?;
+    let mut loaded = args.scene.load_with_files()?;
+    let watch = match args.live.watch {
+        true => Some(Watch::begin(&args.scene, &loaded, &viewers.board, args.quiet)?),
+        false => None,
     };
-    let (size, seed) = ((settings.width, settings.height), settings.seed);
-    let whole = args.cryptomatte.then(|| scene.clone());
-    let mut render = Render::new(scene, settings, &layers)?;
-    let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
-    render.follow(keep.schedule);
-    announce(&render, |line| args.tell(line));
-    let spent = args.go_on(&mut render, &keep, state)?;
-    let time = limits.time.map(|time| time.saturating_sub(spent));
-    let mut pace = Pace::new(begin, time, render.film().passes());
-    if !keep.dealt
-        && spent.is_zero()
-        && let Some(line) = pace.fit(&mut render)
-    {
-        args.tell(&format_args!("note: {line}"));
+    let mut job = Job { args, settings, layers, files, begin, interrupt, viewers, watch };
+    let mut end = job.render(loaded);
+    while let Some(next) = job.next(&mut end)? {
+        loaded = next;
+        job.begin = Instant::now();
+        end = job.render(loaded);
     }
-    let mut progress = Progress::new(args.quiet, args.progress, &render, &limits);
-    let next_write = if args.atlas { LONGEST_SILENCE } else { begin.elapsed() };
-    let limits = Limits { time, ..limits };
-    let mut writer = Writer::new(files, preview, mattes, args.quiet);
-    let mut under_way =
-        UnderWay { args, limits, begin, interrupt: &interrupt, pace, keep, preview, next_write };
-    let end = under_way.passes(&mut render, &mut progress, &mut writer);
-    let keep = under_way.keep;
-    progress.finish(&render, begin.elapsed());
-    if render.film().passes() == 0 {
-        return Err(Error::Usage(
-            "--stop-after: not one pass was complete by then; give more time, or fewer --photons".into(),
-        ));
+    job.viewers.finish();
+    end.map(|end| end.unwrap_or(ExitCode::SUCCESS))
+}
+
+/// What was asked for, whatever the scene is at the moment.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    settings: Settings,
+    layers: Vec<Layer>,
+    files: PictureFiles,
+    /// Of the render under way.
+    begin: Instant,
+    interrupt: Interrupt,
+    viewers: Viewers,
+    watch: Option<Watch>,
+}
+
+impl Job<'_> {
+    /// Renders a scene to its end. None: given up, for there is another scene.
+    fn render(&self, loaded: Loaded) -> Result<Option<ExitCode>> {
+        let Self { args, interrupt, viewers, begin, .. } = self;
+        interrupt.begins_anew();
+        viewers.board.begins();
+        let mut keep = args.keep(&self.files)?;
+        let limits = Limits { passes: keep.schedule.len(), time: args.time, error: args.error };
+        self.files.claim(&loaded.files, args.overwrite, args.quiet)?;
+        keep.claim(&loaded.files, args.overwrite)?;
+        let mut scene = loaded.scene;
+        let settings = args.settings.film(self.settings.clone(), &mut scene);
+        let (size, seed) = ((settings.width, settings.height), settings.seed);
+        self.files.check_size(size)?;
+        scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
+        let settings = Settings { atlas: args.atlas, memory: self.memory(size), ..settings };
+        let preview = args.preview.over(Preview::usual(&scene));
+        let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
+        let state = match state {
+            Some(state) if keep.is_complete(state.head(), limits.time) => {
+                let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, seed));
+                return complete_already(args, &self.files, state, mattes.as_ref(), preview).map(Some);
+            }
+            state => state,
+        };
+        let whole = args.cryptomatte.then(|| scene.clone());
+        let mut render = Render::new(scene, settings, &self.layers)?;
+        let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
+        render.follow(keep.schedule);
+        announce(&render, |line| args.tell(line));
+        let spent = args.go_on(&mut render, &keep, state)?;
+        let time = limits.time.map(|time| time.saturating_sub(spent));
+        let mut pace = Pace::new(*begin, time, render.film().passes());
+        let fits = !keep.dealt && spent.is_zero();
+        let fitted = if fits { pace.fit(&mut render) } else { None };
+        fitted.iter().for_each(|line| args.tell(&format_args!("note: {line}")));
+        let progress = Progress::new(args.quiet, args.progress, &render, &limits);
+        let limits = Limits { time, ..limits };
+        let writer = Writer::new(self.files.clone(), preview, mattes, args.quiet);
+        let atlas_waits = args.atlas.then_some(LONGEST_SILENCE);
+        let mut under_way = UnderWay {
+            limits,
+            begin: *begin,
+            started: *begin,
+            interrupt,
+            viewers,
+            watch: self.watch.as_ref(),
+            pace,
+            keep,
+            preview,
+            next_write: atlas_waits.unwrap_or_else(|| begin.elapsed()),
+            progress,
+            writer,
+            once: self.files.device,
+            quiet: args.quiet,
+        };
+        under_way.complete(&mut render)
     }
-    // First, as the picture follows from it.
-    if let Some(path) = keep.at_the_end(begin.elapsed()) {
-        patiently(false, || render.save(path, preview))?;
-        args.tell(&format_args!("stored the state in {}", path.display()));
+
+    /// The memory that a render of this size may take beside those who watch it.
+    fn memory(&self, size: (u32, u32)) -> Option<MemoryLimit> {
+        let seen = self.viewers.bytes(size, &self.layers);
+        let limit = memory_below(self.args.memory)?;
+        Some(MemoryLimit { bytes: limit.bytes.saturating_sub(seen), ..limit })
     }
-    let written = writer.at_the_end(&render)?;
-    args.tell(&format_args!("wrote {written}"));
-    if let Some(doubt) = render.error().and_then(ErrorEstimate::warning) {
-        args.tell(&format_args!("note: {doubt}"));
-    }
-    limits.check(render.error())?;
-    Ok(match end {
-        End::Complete if keep.asked => ExitCode::SUCCESS,
-        End::Stopped if keep.asked => {
-            args.tell(&"not complete: the same command with --resume goes on");
-            ExitCode::from(KEPT)
+
+    /// The scene to render after a render that ended so. None: the program ends. Trouble with the first scene ends it too; with
+    /// another it is said, and the next is waited for.
+    fn next(&self, end: &mut Result<Option<ExitCode>>) -> Result<Option<Loaded>> {
+        let Some(watch) = &self.watch else { return Ok(None) };
+        match end {
+            Ok(Some(_)) => return Ok(None),
+            Ok(None) => {}
+            Err(_) if self.viewers.board.facts().render == 1 => return Ok(None),
+            Err(error) => {
+                say(format_args!("watch: {error}; another scene is waited for"));
+                self.viewers.board.tell(|facts| facts.note = Some(error.to_string()));
+                *end = Ok(None);
+            }
         }
-        _ => interrupt.exit_code().map_or(ExitCode::SUCCESS, ExitCode::from),
-    })
+        self.interrupt.idle(Some(0));
+        while !watch.is_changed() {
+            if self.viewers.board.is_quit() {
+                return Ok(None);
+            }
+            self.viewers.board.wait(LOOK_ABOUT);
+        }
+        self.interrupt.idle(None);
+        Ok(watch.take())
+    }
 }
 
 /// A render of which nothing is left to do: its picture, from its state.
@@ -212,95 +271,6 @@ fn announce(render: &Render, tell: impl Fn(&dyn Display)) {
     }
 }
 
-/// How a render ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum End {
-    /// A limit was reached.
-    Complete,
-    /// By a signal, or by --stop-after.
-    Stopped,
-}
-
-/// A render on its way to one of its limits.
-struct UnderWay<'a> {
-    args: &'a RenderArgs,
-    limits: Limits,
-    begin: Instant,
-    interrupt: &'a Interrupt,
-    pace: Pace,
-    keep: Keep,
-    preview: Preview,
-    /// When the picture is written next, since the beginning.
-    next_write: Duration,
-}
-
-impl UnderWay<'_> {
-    /// Renders until a limit is reached or the end is wished.
-    fn passes(&mut self, render: &mut Render, progress: &mut Progress, writer: &mut Writer) -> End {
-        if render.film().passes() > 0 {
-            self.interrupt.begun();
-        }
-        let mut error = render.error();
-        loop {
-            let done = render.film().passes();
-            let most = render.left().unwrap_or(u32::MAX).min(self.pace.most(done));
-            // The first is always completed.
-            if most == 0 || (done > 0 && self.limits.reached(done, self.begin.elapsed(), error)) {
-                return End::Complete;
-            }
-            if self.is_stopped() {
-                return End::Stopped;
-            }
-            render.stop_at(self.interrupt.stop().at(self.deadline(done)));
-            let passing = Instant::now();
-            if render.passes(most) == 0 {
-                // The pass under way was dropped.
-                if self.is_stopped() {
-                    return End::Stopped;
-                }
-                match self.pace.again(done, render) {
-                    Some(line) => self.args.tell(&format_args!("note: {line}")),
-                    None => return End::Complete,
-                }
-                continue;
-            }
-            self.pace.took(passing.elapsed().as_secs_f64());
-            self.interrupt.begun();
-            error = render.error();
-            progress.show(render, self.begin.elapsed(), error);
-            self.store(render, writer);
-        }
-    }
-
-    /// When passes under way are dropped.
-    fn deadline(&self, done: u32) -> Option<Instant> {
-        let stop = self.keep.stop_after().map(|time| self.begin + time);
-        self.pace.deadline(done).into_iter().chain(stop).min()
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.interrupt.stop().is_wished()
-            || self.keep.stop_after().is_some_and(|time| self.begin.elapsed() >= time)
-    }
-
-    /// Writes state and picture when it is time to.
-    fn store(&mut self, render: &Render, writer: &mut Writer) {
-        if self.is_stopped() {
-            return;
-        }
-        if let Some(line) = self.keep.on_the_way(render, self.preview, self.begin.elapsed()) {
-            self.args.tell(&line);
-        }
-        let elapsed = self.begin.elapsed();
-        if elapsed >= self.next_write {
-            writer.on_the_way(render);
-            // An atlas is a hundred pictures, which take their time to be written.
-            let writing = self.begin.elapsed() - elapsed;
-            self.next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
-        }
-    }
-}
-
 fn start_threads(asked: u16, quiet: bool) -> Result<()> {
     let (threads, fewer) = super::threads::threads(asked);
     if let Some(processors) = fewer.filter(|_| !quiet) {
@@ -315,6 +285,11 @@ impl RenderArgs {
         if !self.quiet {
             say(line);
         }
+    }
+
+    /// What is kept, and which passes are rendered.
+    fn keep(&self, files: &PictureFiles) -> Result<Keep> {
+        Keep::of(self.keep, self.passes(), &self.output, files.device, self.atlas)
     }
 
     /// Which passes are rendered. None: as many as time and error take.

@@ -44,4 +44,6 @@ pub use sums::{Film, PassImage};
 pub use trust::Doubt;
 pub use write_exr::{Line, WrittenLayer, exr_bytes, line_of, write_exr, write_image_exr, write_layers_exr};
 pub use write_linear::{write_hdr, write_pfm};
-pub use write_png::{rgb_png, srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png};
+pub use write_png::{
+    quick_png, rgb_bytes, rgb_png, srgb_encode, write_bytes_png, write_png, write_rgb_jpg, write_rgb_png,
+};

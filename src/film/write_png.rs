@@ -38,6 +38,17 @@ pub fn rgb_png(width: u32, height: u32, plane: &[Vec3], preview: impl Into<Previ
     encode(width, height, &bytes).expect("memory takes what is written")
 }
 
+/// The sRGB bytes that [`write_rgb_png`] writes of a plane, three a pixel.
+pub fn rgb_bytes(plane: &[Vec3], preview: impl Into<Preview>) -> Vec<u8> {
+    displayed(plane, preview.into()).0
+}
+
+/// A PNG file of 8-bit sRGB as it is, three bytes a pixel: packed quickly rather than well, for who shows it once.
+pub fn quick_png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
+    assert_eq!(rgb.len(), 3 * width as usize * height as usize, "bytes of another size");
+    encode_with(width, height, rgb, Some(png::Compression::Fast)).expect("memory takes what is written")
+}
+
 /// The same as a JPEG file, which has no more than 65,535 pixels a side.
 pub fn write_rgb_jpg(
     path: &Path,
@@ -78,8 +89,19 @@ pub fn write_bytes_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Resu
 }
 
 fn encode(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    encode_with(width, height, rgb, None)
+}
+
+/// None: as the encoder likes it.
+fn encode_with(
+    width: u32,
+    height: u32,
+    rgb: &[u8],
+    compression: Option<png::Compression>,
+) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
+    compression.into_iter().for_each(|compression| encoder.set_compression(compression));
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);

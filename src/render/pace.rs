@@ -85,6 +85,16 @@ impl Pace {
         Some("the first pass takes longer than was measured; it is begun again an eighth as large".into())
     }
 
+    /// So much time went by in which nothing was to be done.
+    pub fn waited(&mut self, time: Duration) {
+        self.begin += time;
+    }
+
+    /// From now on there is no time to keep to.
+    pub fn lift(&mut self) {
+        self.time = None;
+    }
+
     /// Passes took so long.
     pub fn took(&mut self, seconds: f64) {
         self.passing += seconds;
@@ -126,6 +136,10 @@ mod tests {
         assert_eq!((pace.most(20), pace.most(40)), (1, 2));
         assert_eq!(pace.most(10), 0);
         assert_eq!(pace.deadline(1), Some(begin + hour.mul_f64(DROPPED)));
+        pace.waited(hour);
+        assert_eq!((pace.most(20), pace.deadline(1)), (21, Some(begin + hour + hour.mul_f64(DROPPED))));
+        pace.lift();
+        assert_eq!((pace.most(20), pace.deadline(1)), (u32::MAX, None));
         assert_eq!(
             (Pace::new(begin, None, 0).most(7), Pace::new(begin, None, 0).deadline(7)),
             (u32::MAX, None)

@@ -9,11 +9,13 @@ mod ends;
 mod environment;
 mod files;
 mod info;
+mod live;
 mod page;
 mod pages;
 mod render;
 mod state;
 mod support;
+mod window;
 mod wrong;
 
 use std::path::Path;
