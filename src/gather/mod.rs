@@ -9,11 +9,13 @@
 mod branches;
 mod direct;
 mod estimate;
+mod features;
 mod plain;
 mod walk;
 
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
 pub(crate) use estimate::{Tier, is_read};
+pub use features::Features;
 pub(crate) use walk::{Here, Tally, Walk, reflected};
 
 use crate::light::Power;
@@ -43,6 +45,8 @@ pub struct Pixel<const R: usize> {
     pub normal: Vec3,
     /// Reflectance of the first surface, lobes summed.
     pub albedo: Vec3,
+    /// What is seen in mirrors and through glass.
+    pub features: Features,
     /// Estimated bias of the finite gather radius in the visible picture.
     pub bias: Vec3,
 }
@@ -124,6 +128,7 @@ impl<const R: usize> Pixel<R> {
         depth: f32::INFINITY,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
+        features: Features::EMPTY,
         bias: Vec3::ZERO,
     };
 }
