@@ -21,6 +21,7 @@ from array import array
 from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy.app.handlers import persistent
 from bpy_extras.object_utils import world_to_camera_view
 from bpy.props import (
@@ -306,7 +307,7 @@ def in_front(item):
 # ---------------------------------------------------------------------------------------------------------- the World
 
 READ = {".hdr", ".exr", ".png", ".jpg", ".jpeg", ".webp"}
-ENDINGS = {"HDR": ".hdr", "OPEN_EXR": ".exr", "PNG": ".png", "JPEG": ".jpg", "WEBP": ".webp"}
+ENDINGS = {"HDR": ".hdr", "PNG": ".png", "JPEG": ".jpg", "WEBP": ".webp"}
 
 
 def surroundings(scene, folder):
@@ -321,7 +322,7 @@ def surroundings(scene, folder):
 
 
 def world_options(world, folder, notes):
-    if not world.node_tree or not world.use_nodes:
+    if not world.node_tree or (bpy.app.version < (5, 0) and not world.use_nodes):
         return colour_options(world.color, 1)
     outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD" and node.is_active_output]
     background = source(outputs[0].inputs["Surface"]) if outputs else None
@@ -385,24 +386,41 @@ def file_of(image, folder):
     own = Path(bpy.path.abspath(image.filepath_from_user(), library=image.library)) if image.filepath else None
     if own and own.is_file() and own.suffix.lower() in READ and not image.packed_file and not image.is_dirty:
         return own
+    # What Blender 5 packs as EXR has no table of its lines, and what it saves as EXR may be encoded as sRGB.
     if image.packed_file and not image.is_dirty and image.file_format in ENDINGS:
-        path = folder / f"environment{ENDINGS[image.file_format]}"
-        path.write_bytes(image.packed_file.data)
-        return path
-    path = folder / ("environment.exr" if image.is_float else "environment.png")
+        return written(folder / f"environment{ENDINGS[image.file_format]}", image.packed_file.data)
     texels = array("f", bytes(4 * len(image.pixels)))
     image.pixels.foreach_get(texels)
-    copy = bpy.data.images.new("environment", *image.size, float_buffer=image.is_float)
+    if image.is_float:
+        return written(folder / "environment.hdr", radiance(image, texels))
+    copy = bpy.data.images.new("environment", *image.size)
     try:
         copy.colorspace_settings.name = image.colorspace_settings.name
         copy.pixels.foreach_set(texels)
-        copy.pack()  # saving would encode linear numbers as sRGB
-        path.write_bytes(copy.packed_file.data)
+        copy.pack()
+        return written(folder / "environment.png", copy.packed_file.data)
     except RuntimeError as error:
         raise Refused(f"the World's picture {image.name}: {one_line(error)}") from None
     finally:
         bpy.data.images.remove(copy)
+
+
+def written(path, data):
+    path.write_bytes(data)
     return path
+
+
+def radiance(image, texels):
+    """The bytes of a Radiance picture: https://radsite.lbl.gov/radiance/refer/filefmts.pdf, without run lengths."""
+    width, height = image.size
+    rgb = np.frombuffer(texels, np.float32).reshape(height, width, -1)[::-1, :, :3]
+    if rgb.size == 0 or not np.isfinite(rgb).all() or rgb.min() < 0:
+        raise Refused(f"the World's picture {image.name} has no texels, or some that are not finite or below zero; mend it")
+    _, exponent = np.frexp(rgb.max(-1, keepdims=True))
+    mantissas = np.minimum(np.round(np.ldexp(rgb, 8 - exponent)), 255)
+    shining = rgb.max(-1, keepdims=True) > 0
+    rgbe = np.where(shining, np.concatenate([mantissas, exponent + 128], -1), 0).astype(np.uint8)
+    return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + f"-Y {height} +X {width}\n".encode() + rgbe.tobytes()
 
 
 # -------------------------------------------------------------------------------------------------------- the command
