@@ -531,6 +531,10 @@ class Job:
         return (own or self.lines or [f"halflight ended with exit code {self.process.returncode}"])[-1]
 
 
+# What the command says of every file that was exported in units of the standard, as here.
+AS_EXPORTED = "Blender exported watts times 683"
+
+
 class Running:
     """What the panels show."""
 
@@ -577,7 +581,8 @@ def end():
     """After the command ended. Returns its one line where it failed."""
     job, Running.job = Running.job, None
     code = job.code()
-    Running.notes += [line.removeprefix("note: ") for line in job.lines if line.startswith(("note: ", "warning: "))]
+    told = [line.removeprefix("note: ") for line in job.lines if line.startswith(("note: ", "warning: "))]
+    Running.notes += [line for line in told if not line.startswith(AS_EXPORTED)]
     if code and not (Running.stopped and job.shown):
         Running.error = "stopped before the first pass was complete" if Running.stopped else job.error()
     return Running.error
@@ -640,6 +645,7 @@ class HALFLIGHT_OT_render(bpy.types.Operator):
     bl_label = "Render with halflight"
 
     _timer = None
+    _editor_wanted = False
 
     @classmethod
     def poll(cls, context):
@@ -655,7 +661,7 @@ class HALFLIGHT_OT_render(bpy.types.Operator):
     def invoke(self, context, event):
         if not self._begin(context):
             return {"CANCELLED"}
-        self._editor = open_editor(context)
+        self._editor_wanted = True
         self._timer = context.window_manager.event_timer_add(0.2, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -687,11 +693,13 @@ class HALFLIGHT_OT_render(bpy.types.Operator):
         return True
 
     def _renew(self, context):
-        if Running.job.is_renewed():
-            image = show(Running.job.picture)
-            editor = getattr(self, "_editor", None)
-            if editor and editor.type == "IMAGE_EDITOR" and editor.spaces.active.image != image:
-                editor.spaces.active.image = image
+        if not Running.job.is_renewed():
+            return
+        image = show(Running.job.picture)
+        editor = open_editor(context) if self._editor_wanted else None
+        if editor:
+            editor.spaces.active.image = image
+        self._editor_wanted = False
 
     def _finish(self, context):
         self._renew(context)

@@ -147,6 +147,7 @@ def test_the_picture_is_where_it_was_asked_for(scene, tmp_path):
     scene.halflight.output = str(tmp_path / "own.exr")
     scene.render.resolution_x, scene.render.resolution_percentage = 48, 50
     shown = c.rendered()
+    assert halflight.Running.notes == [] and halflight.Running.error == ""
     assert shown.shape == (16, 24, 3) and shown.mean() == pytest.approx(0.5 * 2 / math.pi, rel=0.01)
     assert bpy.data.images["halflight"].filepath == str(tmp_path / "own.exr")
     assert (tmp_path / "own.exr").exists() and (tmp_path / "own.png").exists()
@@ -286,7 +287,7 @@ def test_panels_draw_what_there_is(scene):
     material["illumination"] = "whitted"
     assert ("label", "Custom property: whitted") in drawn(halflight.HALFLIGHT_PT_material, material=material)
     scene.halflight.more = "--photons none"
-    refused("")
+    refused("invalid value")
     assert ("label", halflight.Running.error) in drawn(halflight.HALFLIGHT_PT_render)
     scene.halflight.more, scene.halflight.seconds = "", 3600
     halflight.begin(scene)
@@ -303,7 +304,7 @@ def test_a_modal_render_passes_events_on_and_hears_esc(scene, monkeypatch):
     window = SimpleNamespace(windows=[], event_timer_remove=lambda timer: None)
     context = SimpleNamespace(scene=scene, window_manager=window)
     reports = []
-    render = SimpleNamespace(_timer=None, _editor=None, report=lambda kind, line: reports.append((kind, line)))
+    render = SimpleNamespace(_timer=None, _editor_wanted=True, report=lambda kind, line: reports.append((kind, line)))
     for name, method in inspect.getmembers(halflight.HALFLIGHT_OT_render, inspect.isfunction):
         if name in {"modal", "_begin", "_renew", "_finish", "_leave"}:
             setattr(render, name, method.__get__(render))
