@@ -111,7 +111,7 @@ def test_what_does_not_belong_together_is_refused_and_changes_nothing(tmp_path):
         render.state + other
     with pytest.raises(hl.UsageError, match="do not belong together: pass 1 is in both"):
         hl.State.merge([render.state, after(1, shard=(2, 2)).state])
-    with pytest.raises(hl.UsageError, match="pass size"):
+    with pytest.raises(hl.UsageError, match="--photons: 4000 there, 3000 here"):
         render.resume(after(1, photons=4000).state)
     assert render.passes == 2 and np.array_equal(render.picture().visible, before)
     with pytest.raises(TypeError):
