@@ -119,6 +119,8 @@ fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {
         Layer::Depth => each(|pixel| Vec3::new(pixel.depth, 0.0, 0.0)),
         Layer::Normal => each(|pixel| pixel.normal),
         Layer::Albedo => each(|pixel| pixel.albedo),
+        Layer::DenoisingNormal => each(|pixel| pixel.features.normal()),
+        Layer::DenoisingAlbedo => each(|pixel| pixel.features.albedo),
         Layer::Bias => each(|pixel| pixel.bias),
         Layer::Error => unreachable!("the error is derived from the passes"),
     }

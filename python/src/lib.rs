@@ -16,6 +16,7 @@ mod records;
 mod render;
 mod scene;
 mod settings;
+mod state;
 mod texture;
 mod wait;
 
@@ -40,6 +41,8 @@ mod _core {
     use super::render::{Render, render};
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::state::State;
 
     /// That of the library.
     #[pymodule_init]

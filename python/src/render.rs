@@ -3,9 +3,10 @@ use crate::options::Options;
 use crate::picture::Picture;
 use crate::records::plan_rows;
 use crate::scene::Scene;
-use crate::settings::{Limits, Wanted};
+use crate::settings::{Limits, Wanted, shard};
+use crate::state::State;
 use crate::wait::wait;
-use halflight::film::Preview;
+use halflight::film::{Preview, Schedule};
 use halflight::plan::Settings;
 use halflight::render::{ErrorEstimate, Pace, Render as Rendering, Stop};
 use pyo3::prelude::*;
@@ -41,10 +42,14 @@ pub fn render(
     render.picture(py)
 }
 
-/// A render that goes on pass by pass. Settings are those of `render`; its state cannot be stored yet.
+/// A render that goes on pass by pass. Settings are those of `render`.
+///
+/// `shard=(k, n)` renders one share of all passes, of n shares the kth (from 1): every nth pass. States of shards can be merged.
 #[pyclass(frozen, module = "halflight")]
 pub struct Render {
     inner: Mutex<Rendering>,
+    /// It is one share of a render, whose passes must be of one size.
+    dealt: bool,
     preview: Preview,
 }
 
@@ -56,7 +61,13 @@ impl Render {
         let (settings, layers) = wanted.on(&scene);
         let settings = Settings { atlas, ..settings };
         let planned = wait(py, &Stop::default(), || Rendering::new(scene, settings, &layers))?;
-        Ok(Self { inner: Mutex::new(planned.map_err(raised)?), preview })
+        Ok(Self { inner: Mutex::new(planned.map_err(raised)?), dealt: false, preview })
+    }
+
+    /// One that follows a schedule of its own.
+    fn dealt(self, schedule: Schedule) -> Self {
+        self.locked().follow(schedule);
+        Self { dealt: true, ..self }
     }
 
     /// To be locked without the interpreter's lock, which who holds this one may be waiting for.
@@ -83,7 +94,7 @@ impl Render {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<()> {
         let mut pace = Pace::new(begin, limits.time, self.look(py, |render| render.film().passes()));
-        if limits.time.is_some() {
+        if limits.time.is_some() && !self.dealt && self.look(py, |render| render.film().passes()) == 0 {
             wait(py, &Stop::default(), || drop(pace.fit(&mut self.locked())))?;
         }
         loop {
@@ -179,13 +190,17 @@ impl Render {
     #[new]
     #[pyo3(
         signature = (scene, **more),
-        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=())"
+        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), shard=None)"
     )]
     fn new(py: Python<'_>, scene: &Bound<'_, Scene>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Render()", more)?;
-        let wanted = Wanted::of(&more)?;
+        let (wanted, shard) = (Wanted::of(&more)?, shard(&more)?);
         more.finish()?;
-        Self::begin(py, scene, wanted, false)
+        let whole = Self::begin(py, scene, wanted, false)?;
+        Ok(match shard {
+            Some(schedule) => whole.dealt(schedule),
+            None => whole,
+        })
     }
 
     /// Renders so many passes more, and returns how many there are now.
@@ -208,6 +223,19 @@ impl Render {
         let (limits, progress) = (Limits::of(&more)?, more.any("progress")?);
         more.finish()?;
         self.until(py, begin, &limits, progress.as_ref())
+    }
+
+    /// What it has summed up so far; takes as much memory again.
+    #[getter]
+    fn state(&self, py: Python<'_>) -> State {
+        self.look(py, |render| State::new(render.state_head(self.preview), render.film().clone()))
+    }
+
+    /// Goes on from a state of the same picture: its passes are counted as if they had been rendered here. A render that has no passes
+    /// yet takes over their size.
+    fn resume(&self, py: Python<'_>, state: &Bound<'_, State>) -> PyResult<()> {
+        let (head, film) = state.get().parts();
+        py.detach(|| self.locked().add(head, film)).map_err(usage)
     }
 
     /// The picture so far.

@@ -2,7 +2,7 @@
 
 use crate::errors::usage;
 use crate::options::{Options, illumination};
-use halflight::film::Layer;
+use halflight::film::{Layer, Schedule};
 use halflight::plan::{Direct, Method, Omittable, Settings, film_size, memory_left};
 use halflight::scene::{Illumination, Scene};
 use pyo3::prelude::*;
@@ -190,6 +190,17 @@ fn radius(more: &Options<'_>, name: &'static str) -> PyResult<Option<f32>> {
             Err(usage(format!("{name}={wrong}: not a number of pixels above zero")))
         }
         fits => Ok(fits),
+    }
+}
+
+/// The passes of one share of a render: of n shares the kth, numbered from 1.
+pub fn shard(more: &Options<'_>) -> PyResult<Option<Schedule>> {
+    let what = "(k, n): of n shards the kth, numbered from 1";
+    match more.get::<(u32, u32)>("shard", what)? {
+        Some((which, of)) if !(1..=of).contains(&which) => {
+            Err(usage(format!("shard=({which}, {of}): not {what}")))
+        }
+        shard => Ok(shard.map(|(which, of)| Schedule { first: which - 1, end: None, step: of })),
     }
 }
 

@@ -4,9 +4,7 @@ use super::preview_args::PreviewArgs;
 use super::writer::write_picture;
 use crate::error::{Error, Result};
 use crate::film::{Film, StateFile, StateHead, write_state};
-use crate::machine;
-use crate::memory::words;
-use crate::render::tell_error;
+use crate::render::{film_for, tell_error};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -99,16 +97,7 @@ fn mark(head: &StateHead) -> u64 {
 
 /// All sums together: the memory of one film, and of a row.
 fn film(states: &[PathBuf], marks: &[u64], whole: &StateHead) -> Result<Film> {
-    let StateHead { width, height, ref layers, .. } = *whole;
-    let bytes = Film::bytes(width, height, layers) as u64;
-    if let Some(limit) = machine::memory().filter(|limit| bytes > limit.bytes) {
-        let (needs, has) = (words(bytes as f64), words(limit.bytes as f64));
-        return Err(Error::Usage(format!(
-            "a film of {width}x{height} pixels takes {needs} of memory and {} {has}",
-            limit.of
-        )));
-    }
-    let mut film = Film::new(width, height, layers);
+    let mut film = film_for(whole)?;
     for (path, expected) in states.iter().zip(marks) {
         let state = StateFile::open(path)?;
         if mark(state.head()) != *expected {

@@ -29,7 +29,7 @@ pub struct SettingsArgs {
     pub seed: u64,
 
     /// Layers of the EXR file, comma-separated: visible, invisible, error, bias, emitted, direct, caustic, indirect, depth,
-    /// normal, albedo; or `all`.
+    /// normal, albedo, denoising-normal, denoising-albedo; or `all`.
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',', default_values = DEFAULT_LAYERS)]
     pub layers: Vec<String>,
 

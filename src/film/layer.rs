@@ -30,11 +30,15 @@ pub enum Layer {
     Normal,
     /// Albedo of the surface seen.
     Albedo,
+    /// The mean of the shading normals of what is seen in mirrors and through smooth glass, world space: for denoisers.
+    DenoisingNormal,
+    /// The albedo of what is seen in mirrors and through smooth glass, times what they let through: for denoisers.
+    DenoisingAlbedo,
 }
 
 impl Layer {
     /// Every layer, in the order of the enum.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Visible,
         Self::Invisible,
         Self::Error,
@@ -46,6 +50,8 @@ impl Layer {
         Self::Depth,
         Self::Normal,
         Self::Albedo,
+        Self::DenoisingNormal,
+        Self::DenoisingAlbedo,
     ];
 
     /// The name on the command line and in files.
@@ -62,6 +68,8 @@ impl Layer {
             Self::Depth => "depth",
             Self::Normal => "normal",
             Self::Albedo => "albedo",
+            Self::DenoisingNormal => "denoising-normal",
+            Self::DenoisingAlbedo => "denoising-albedo",
         }
     }
 
@@ -69,7 +77,7 @@ impl Layer {
     pub const fn components(self) -> &'static [&'static str] {
         match self {
             Self::Depth => &["Z"],
-            Self::Normal => &["X", "Y", "Z"],
+            Self::Normal | Self::DenoisingNormal => &["X", "Y", "Z"],
             _ => &["R", "G", "B"],
         }
     }

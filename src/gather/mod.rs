@@ -10,12 +10,14 @@ mod branches;
 mod density;
 mod direct;
 mod estimate;
+mod features;
 mod plain;
 mod walk;
 
 pub use density::{Density, NearestMaps};
 pub use estimate::{ALPHA, Irradiance, Maps, Nearby, radius_factor};
 pub(crate) use estimate::{Tier, is_read};
+pub use features::Features;
 pub(crate) use walk::{Here, Tally, Walk, reflected};
 
 use crate::photon::PathClass;
@@ -44,6 +46,8 @@ pub struct Pixel<const R: usize> {
     pub normal: Vec3,
     /// Reflectance of the first surface, lobes summed.
     pub albedo: Vec3,
+    /// What is seen in mirrors and through glass.
+    pub features: Features,
     /// Estimated bias of the finite gather radius in the visible picture.
     pub bias: Vec3,
     /// What one photon more of each class than came would have added to the visible picture, in the channel that it adds most to.
@@ -122,6 +126,7 @@ impl<const R: usize> Pixel<R> {
         depth: f32::INFINITY,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
+        features: Features::EMPTY,
         bias: Vec3::ZERO,
         one_more: 0.0,
     };

@@ -5,7 +5,7 @@ use super::branches::{Branch, Parent, Surface, branches};
 use crate::clearance::Reach;
 use crate::connect::{Connection, Sights};
 use crate::light::{Light, Row};
-use crate::optics::{Bsdf, Lobe, Normals, Term};
+use crate::optics::{Bsdf, Lobe, Term};
 use crate::photon::PathClass;
 use crate::plan::{Direct, Frame, Plan};
 use crate::rays::{Hit, Ray, left_of};
@@ -264,6 +264,9 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
             }
+            if line.seen && !material.is_nothing() {
+                pixel.features.add(&plan.rays, rows[0], &point, wo, bsdf);
+            }
             // Where a connection had a chance of it too, it is as bright as that finds it.
             let at_point = line.by_chance.is_some() && material.pattern.is_some();
             let seen = if at_point { plan.scene.emission_at(&point) } else { seen };
@@ -420,8 +423,7 @@ pub(crate) fn reflected(lobe: &Lobe, point: &SurfacePoint, wo: Vec3, connection:
 /// What the first surface looks like.
 fn describe<const R: usize>(pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoint, wo: Vec3, bsdf: &Bsdf) {
     pixel.depth = hit.t;
-    let Normals { shading, .. } = point.normals;
-    pixel.normal = if point.normals.is_front(wo) { shading } else { -shading };
+    pixel.normal = point.normals.facing(wo);
     pixel.albedo = bsdf
         .terms
         .iter()

@@ -29,6 +29,11 @@ impl Normals {
         self.geometric.dot(direction) > 0.0
     }
 
+    /// The shading normal on the side that is seen from `wo`.
+    pub fn facing(&self, wo: Vec3) -> Vec3 {
+        if self.is_front(wo) { self.shading } else { -self.shading }
+    }
+
     /// True when both directions leave on the same side, by the geometric and by the shading normal alike.
     #[inline(always)]
     pub fn same_side(&self, a: Vec3, b: Vec3) -> bool {

@@ -10,7 +10,7 @@ pub use crate::pilot::{learn, learn_photons};
 pub use crate::stop::Stop;
 pub use forecast::{Forecast, Saving, Stages, savings};
 pub use pace::Pace;
-pub use state::{ESTIMATORS, another_picture, key};
+pub use state::{ESTIMATORS, another_picture, film_for, key};
 
 use crate::atlas::{self, Atlas, AtlasRun};
 use crate::error::{Error, Result};

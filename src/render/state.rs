@@ -2,7 +2,9 @@
 
 use super::Render;
 use crate::error::{Error, Result};
-use crate::film::{Key, Preview, Schedule, StateFile, StateHead, write_state};
+use crate::film::{Film, Key, Preview, Schedule, StateFile, StateHead, write_state};
+use crate::machine;
+use crate::memory::words;
 use crate::plan::{Direct, Settings};
 use std::path::Path;
 
@@ -110,10 +112,54 @@ impl Render {
             return Err(another_picture(path, &difference));
         }
         state.add_to(&mut self.film)?;
-        self.stored += head.photons;
-        self.seconds += 1e-9 * head.nanoseconds as f64;
+        self.count(&head);
         Ok(())
     }
+
+    /// Adds a state that is in memory. A render without passes takes over the size of its.
+    ///
+    /// # Errors
+    /// One line: it is of another picture, or has a pass that is here already. Then nothing is changed.
+    pub fn add(&mut self, head: &StateHead, film: &Film) -> std::result::Result<(), String> {
+        let size = self.pass_size();
+        if self.film.passes() == 0 {
+            self.set_pass_size(head.pass_size);
+        }
+        let refused = match self.state_head(head.preview).difference(head) {
+            Some(difference) => Some(format!("the state is of another picture ({difference})")),
+            None => {
+                self.film.merge(film).err().map(|pass| format!("pass {pass} of the state is here already"))
+            }
+        };
+        match refused {
+            None => self.count(head),
+            Some(_) => self.set_pass_size(size),
+        }
+        refused.map_or(Ok(()), Err)
+    }
+
+    /// What passes took that were rendered elsewhere.
+    fn count(&mut self, head: &StateHead) {
+        self.stored = self.stored.saturating_add(head.photons);
+        self.seconds += 1e-9 * head.nanoseconds as f64;
+    }
+}
+
+/// An empty film for a state.
+///
+/// # Errors
+/// It takes more memory than there is.
+pub fn film_for(head: &StateHead) -> Result<Film> {
+    let StateHead { width, height, ref layers, .. } = *head;
+    let bytes = Film::bytes(width, height, layers) as u64;
+    if let Some(limit) = machine::memory().filter(|limit| bytes > limit.bytes) {
+        let (needs, has) = (words(bytes as f64), words(limit.bytes as f64));
+        return Err(Error::Usage(format!(
+            "a film of {width}x{height} pixels takes {needs} of memory and {} {has}",
+            limit.of
+        )));
+    }
+    Ok(Film::new(width, height, layers))
 }
 
 /// A state that is not of the picture that is asked for.

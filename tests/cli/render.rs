@@ -48,7 +48,7 @@ fn layers_add_up_to_the_picture() {
             "{whole} against {sum}"
         );
     }
-    for name in ["invisible", "depth", "normal", "albedo", "error", "caustic"] {
+    for name in ["invisible", "depth", "normal", "albedo", "denoising-albedo", "error", "caustic"] {
         assert!(layer(name).iter().any(|rgb| rgb.max_element() > 0.0), "the {name} layer is black");
     }
 }

@@ -13,6 +13,7 @@ mod emission;
 mod emissive;
 mod environment;
 mod extremes;
+mod features;
 mod furnace;
 mod glass;
 mod k;
