@@ -7,10 +7,12 @@ use super::preview_args::PreviewArgs;
 use super::progress::{Progress, Told};
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
+use super::threads::{number, start_threads};
 use super::writer::{Writer, patiently, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, Preview, StateFile};
 use crate::mattes::Mattes;
+use crate::memory::Memory;
 use crate::plan::Settings;
 use crate::render::{Pace, Render, key};
 use crate::scene::names::listed;
@@ -52,7 +54,7 @@ pub struct RenderArgs {
     error: Option<f64>,
 
     /// Threads, at most four for each processor; the picture does not depend on it. Default: one for each processor.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = number)]
     threads: Option<u16>,
 
     /// Also store every picture of the illumination square, for `halflight mix` and `halflight view`: light by its number
@@ -127,8 +129,11 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
         state => state,
     };
     let (size, seed) = ((settings.width, settings.height), settings.seed);
+    let mattes = |held: Memory| if args.cryptomatte { held.with_mattes(size) } else { held };
+    mattes(Memory::of_pixels(&settings, &layers)).check(memory)?;
     let whole = args.cryptomatte.then(|| scene.clone());
     let mut render = Render::new(scene, settings, &layers)?;
+    mattes(render.memory()).check(memory)?;
     let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
     render.follow(keep.schedule);
     announce(&render, |line| args.tell(line));
@@ -294,15 +299,6 @@ impl UnderWay<'_> {
             self.next_write = elapsed + elapsed.min(LONGEST_SILENCE).max(MOST_WRITING * writing);
         }
     }
-}
-
-fn start_threads(asked: u16, quiet: bool) -> Result<()> {
-    let (threads, fewer) = super::threads::threads(asked);
-    if let Some(processors) = fewer.filter(|_| !quiet) {
-        say(format_args!("note: --threads {asked}: for {processors} processors {threads} are used"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-    pool.build_global().map_err(|why| Error::Usage(format!("--threads {asked}: {why}")))
 }
 
 impl RenderArgs {
