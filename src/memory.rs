@@ -135,6 +135,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn mattes_are_counted_with_what_a_render_takes() {
+        let settings = Settings::for_film(100, 50);
+        let without = Memory::of_pixels(&settings, &[Layer::Visible]);
+        let with = without.with_mattes((100, 50));
+        // Six names and shares of each of two kinds.
+        assert_eq!(with.mattes, 100 * 50 * 96);
+        assert_eq!(with.total(), without.total() + with.mattes);
+    }
+
+    #[test]
     fn what_does_not_fit_is_told_with_both_figures() {
         let memory = Memory::of_pixels(&Settings::for_film(65_536, 65_536), &[Layer::Visible]);
         // Sums of a pixel are 24 bytes each, at least four of them.

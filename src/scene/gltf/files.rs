@@ -130,10 +130,6 @@ pub(super) fn load_uri(uri: &str, folder: &Path, most: u64) -> std::result::Resu
 }
 
 fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    // Asked before it is opened: a pipe would wait for somebody to write.
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("a folder, a pipe or a device"));
-    }
     let file = File::open(path)?;
     let length = file.metadata()?.len();
     if length > most {
