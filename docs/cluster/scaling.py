@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How renders scale over shards: measured parts, a simulation from them, and real shards that it is held against.
 
-    docs/cluster/scaling.py target/release/halflight            the tables of docs/scaling.md, as Markdown
+    docs/cluster/scaling.py target/release/halflight [check|simulate]       the tables of docs/scaling.md, as Markdown; both, or one
 
 Times are processor seconds of one thread, so that other work on the machine hardly matters. Nothing but Python is needed.
 """
@@ -81,8 +81,8 @@ def slowest(shards, passes, part, uneven, rng):
 
 
 def check(program, part):
-    print("| shards | the slowest shard, s: measured | simulated | merge, s: measured | simulated | all together, s: measured | simulated | ratio |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| shards | a shard, s: measured, mean | the slowest | simulated | merge, s: measured | simulated | mean and merge: measured / simulated |")
+    print("|---|---|---|---|---|---|---|")
     for n in (1, 2, 4, 8, 16):
         shards = [program(f"render {CHECK} --passes {CHECKED} --shard {k}/{n} --threads 1 -q -o s{k}.exr") for k in range(1, n + 1)]
         states = " ".join(f"s{k}.halflight" for k in range(1, n + 1))
@@ -90,8 +90,9 @@ def check(program, part):
         for k in range(1, n + 1):
             os.remove(os.path.join(program.folder, f"s{k}.halflight"))
         expected, by_one = slowest(n, CHECKED, part, 0.0, random.Random(SEED)), merged(n, part)[0]
-        total, simulated = max(shards) + merge, expected + by_one
-        print(f"| {n} | {max(shards):.2f} | {expected:.2f} | {merge:.3f} | {by_one:.3f} | {total:.2f} | {simulated:.2f} | {total / simulated:.2f} |", flush=True)
+        mean = sum(shards) / n
+        ratio = (mean + merge) / (expected + by_one)
+        print(f"| {n} | {mean:.2f} | {max(shards):.2f} | {expected:.2f} | {merge:.3f} | {by_one:.3f} | {ratio:.2f} |", flush=True)
     same = {sums(os.path.join(program.folder, f"all{n}.halflight")) for n in (1, 2, 4, 8, 16)}
     print(f"\nThe sums of all five are {'the same, bit for bit' if len(same) == 1 else 'NOT THE SAME'}.")
     if len(same) > 1:
@@ -127,14 +128,17 @@ def tell(what, part):
 
 
 def main():
+    which = sys.argv[2:] or ["check", "simulate"]
     with tempfile.TemporaryDirectory() as folder:
         program = Program(sys.argv[1], folder)
-        part = parts(program, CHECK, (8, 72), 3)
-        tell(CHECK, part)
-        check(program, part)
-        part = parts(program, LARGE, (1, 3), 2)
-        tell(LARGE, part)
-        simulate(part)
+        if "check" in which:
+            part = parts(program, CHECK, (8, 72), 3)
+            tell(CHECK, part)
+            check(program, part)
+        if "simulate" in which:
+            part = parts(program, LARGE, (1, 3), 2)
+            tell(LARGE, part)
+            simulate(part)
 
 
 if __name__ == "__main__":

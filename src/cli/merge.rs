@@ -5,7 +5,8 @@ use super::writer::write_picture;
 use crate::error::{Error, Result};
 use crate::film::{Film, StateFile, StateHead, write_state};
 use crate::machine;
-use crate::memory::words;
+use crate::memory::{Memory, words};
+use crate::plan::Settings;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -95,14 +96,15 @@ fn mark(head: &StateHead) -> u64 {
     head.nanoseconds ^ u64::from(head.passes.len()) << 32
 }
 
-/// All sums together: the memory of one film, and of a row.
+/// All sums together: the memory of one film and of a row, and later of the picture that is written.
 fn film(states: &[PathBuf], marks: &[u64], whole: &StateHead) -> Result<Film> {
     let StateHead { width, height, ref layers, .. } = *whole;
-    let bytes = Film::bytes(width, height, layers) as u64;
+    let held = Memory { pass: 0, ..Memory::of_pixels(&Settings::for_film(width, height), layers) };
+    let bytes = held.total() as u64;
     if let Some(limit) = machine::memory().filter(|limit| bytes > limit.bytes) {
         let (needs, has) = (words(bytes as f64), words(limit.bytes as f64));
         return Err(Error::Usage(format!(
-            "a film of {width}x{height} pixels takes {needs} of memory and {} {has}",
+            "a film of {width}x{height} pixels and its picture take {needs} of memory and {} {has}",
             limit.of
         )));
     }

@@ -119,18 +119,17 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     let memory = memory_below(args.memory);
     let settings = Settings { atlas: args.atlas, memory, ..settings };
     let preview = args.preview.over(Preview::usual(&scene));
+    let (size, seed) = ((settings.width, settings.height), settings.seed);
+    let mattes = |held: Memory| if args.cryptomatte { held.with_mattes(size) } else { held };
+    mattes(Memory::of_pixels(&settings, &layers)).check(memory)?;
     let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
     let state = match state {
         Some(state) if keep.is_complete(state.head(), limits.time) => {
-            let size = (settings.width, settings.height);
-            let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, settings.seed));
+            let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, seed));
             return complete_already(args, &files, state, mattes.as_ref(), preview);
         }
         state => state,
     };
-    let (size, seed) = ((settings.width, settings.height), settings.seed);
-    let mattes = |held: Memory| if args.cryptomatte { held.with_mattes(size) } else { held };
-    mattes(Memory::of_pixels(&settings, &layers)).check(memory)?;
     let whole = args.cryptomatte.then(|| scene.clone());
     let mut render = Render::new(scene, settings, &layers)?;
     mattes(render.memory()).check(memory)?;
