@@ -16,7 +16,7 @@ from math import ceil
 SCENE = "builtin:cornell-spheres"
 CHECK = f"{SCENE} --size 64x64 --photons 5000"
 CHECKED = 240  # passes
-LARGE = f"{SCENE} --size 960x540"
+LARGE = f"{SCENE} --size 480x270"
 WANTED = 16384  # passes of it
 TREE = 32  # states that are merged at once
 SEED = 1
@@ -56,6 +56,8 @@ def parts(program, scene, passes, count):
         program(f"render {scene} --passes {k}..{k + 1} --threads 1 -q -o m{k}.exr")
     merge = [least(count, lambda: program("merge " + " ".join(f"m{k}.halflight" for k in range(n)) + " -q -o m.halflight")) for n in (1, 8)]
     state = os.path.getsize(os.path.join(program.folder, "m.halflight"))
+    for k in range(8):
+        os.remove(os.path.join(program.folder, f"m{k}.halflight"))
     more = (merge[1] - merge[0]) / 7
     return {"setup": short - few * each, "pass": each, "state": state, "merge": more, "merge one": merge[0]}
 
@@ -107,18 +109,19 @@ def sums(path):
 
 
 def simulate(part):
-    print("| shards | passes each | set-up of all | the slowest shard, s | merge by one, s | by a tree, s | speed-up, one | tree | of which efficiency | states, GB |")
+    print("| shards | passes each | set-up of all | the slowest shard, s | merge by one, s | by a tree, s | speed-up, by one | by a tree | share of N | states, GB |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     rng = random.Random(SEED)
     alone = part["setup"] + WANTED * part["pass"]
     for n in (1, 10, 100, 300, 1000, 3000, 10000):
-        shard, (by_one, by_tree) = slowest(n, WANTED, part, 0.05, rng), merged(n, part)
+        uneven = 0.05 if n > 1 else 0.0
+        shard, (by_one, by_tree) = slowest(n, WANTED, part, uneven, rng), merged(n, part)
         if n == 1:
             by_one = by_tree = 0.0
         flat, tree = alone / (shard + by_one), alone / (shard + by_tree)
         share = n * part["setup"] / (n * part["setup"] + WANTED * part["pass"])
         print(
-            f"| {n} | {ceil(WANTED / n)} | {100 * share:.1f} % | {shard:.0f} | {by_one:.0f} | {by_tree:.0f} | {flat:.0f} | {tree:.0f} | {100 * tree / n:.0f} % | {1e-9 * n * part['state']:.1f} |"
+            f"| {n} | {ceil(WANTED / n)} | {100 * share:.1f} % | {shard:.1f} | {by_one:.1f} | {by_tree:.1f} | {flat:.0f} | {tree:.0f} | {100 * tree / n:.0f} % | {1e-9 * n * part['state']:.1f} |"
         )
 
 

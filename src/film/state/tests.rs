@@ -148,7 +148,7 @@ fn a_state_has_no_more_than_three_times_the_bytes_of_its_picture() {
     let mut film = Film::new(width, height, &[Layer::Visible, Layer::Error]);
     for pass in 0..160 {
         let planes = [Layer::Visible, Layer::Bias].map(|layer| {
-            let channel = |at: usize| value(pass, layer, at).abs().clamp(0.01, 1.0) * (at % 7 + 1) as f32;
+            let channel = |at: usize| value(pass, layer, at).abs().clamp(0.0625, 1.0) * (at % 7 + 1) as f32;
             let pixel = |at: usize| Vec3::from_array([0, 1, 2].map(|axis| channel(3 * at + axis)));
             (layer, (0..(width * height) as usize).map(pixel).collect())
         });
