@@ -68,6 +68,11 @@ impl Mattes {
         }
     }
 
+    /// What mattes of a film of this size in pixels take in memory.
+    pub fn bytes((width, height): (u32, u32)) -> usize {
+        2 * width as usize * height as usize * size_of::<[Rank; RANKS]>()
+    }
+
     /// Its layers, as they are written: two ranks each.
     pub fn layers(&self) -> Vec<WrittenLayer<'_>> {
         let mut layers = Vec::new();

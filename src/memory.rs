@@ -5,16 +5,17 @@ use crate::film::{Film, Layer};
 use crate::gather::Pixel;
 use crate::light::{Invisible, Light};
 pub use crate::machine::MemoryLimit;
+use crate::mattes::Mattes;
 use crate::photon::Photon;
-use crate::plan::{Frame, Plan, Settings};
+use crate::plan::{Frame, Method, Plan, Settings};
 use glam::Vec3;
 
-/// Bytes that a render holds, good to a third.
+/// Bytes that a render holds; `examples/memory.rs` compares the total with what is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
     /// Triangles, vertices, normals.
     pub scene: usize,
-    /// The images of textures, with their smaller versions.
+    /// The images of textures, with their smaller versions, and of an environment.
     pub textures: usize,
     /// The index of triangles, that of shadow casters, the rims of surfaces, and where light is of use.
     pub index: usize,
@@ -22,16 +23,22 @@ pub struct Memory {
     pub film: usize,
     /// Sums of the atlas, where one is made.
     pub atlas: usize,
+    /// Mattes of objects and materials, where they are made.
+    pub mattes: usize,
     /// The photons of one pass, while their map is built.
     pub photons: usize,
     /// The pixels of one pass.
     pub pass: usize,
+    /// What is made of the sums when a picture is written: after a pass, when that holds nothing any more.
+    pub writing: usize,
     /// What loading and indexing hold besides, before the first pass.
     pub planning: usize,
 }
 
 /// The program itself, its threads and the files it writes: measured, a render of one pixel.
 const PROGRAM: usize = 12_000_000;
+/// What a path tracer reads of a pixel: the light that arrives, that of luminaires, and lines followed.
+const READING: usize = 2 * size_of::<Vec3>() + size_of::<u64>();
 /// For each triangle while a scene is read and its index is built: measured on half a million triangles.
 const PER_TRIANGLE: usize = 400;
 
@@ -56,12 +63,19 @@ impl Memory {
     /// The part that is known before there is a plan.
     pub fn of_pixels(settings: &Settings, layers: &[Layer]) -> Self {
         let Settings { width, height, invisible, .. } = *settings;
-        let pixels = width as usize * height as usize;
-        let pixel = if invisible { size_of::<Pixel<2>>() } else { size_of::<Pixel<1>>() };
-        let planes = layers.len().max(1) + 1;
+        let pixels = settings.pixels();
+        let planes = layers.len().max(1);
+        let pass = match (settings.method, invisible) {
+            (Method::Photon, false) => size_of::<Pixel<1>>() + (planes + 1) * size_of::<Vec3>(),
+            (Method::Photon, true) => size_of::<Pixel<2>>() + (planes + 1) * size_of::<Vec3>(),
+            (_, false) => READING + 2 * size_of::<Vec3>(),
+            (_, true) => 2 * READING + 3 * size_of::<Vec3>(),
+        };
         Self {
             film: Film::bytes(width, height, layers),
-            pass: pixels * (pixel + planes * size_of::<Vec3>()),
+            pass: pixels * pass,
+            // One plane more as it is shown, and one while it grows.
+            writing: pixels * (planes + 2) * size_of::<Vec3>(),
             ..Self::default()
         }
     }
@@ -72,10 +86,16 @@ impl Memory {
         Self { atlas: bytes, photons: together * self.photons, pass: together * self.pass, ..self }
     }
 
+    /// With mattes of a film of this size in pixels.
+    pub fn with_mattes(self, size: (u32, u32)) -> Self {
+        Self { mattes: Mattes::bytes(size), ..self }
+    }
+
     /// The most that is held at the same time.
     pub fn total(self) -> usize {
-        let Self { scene, textures, index, film, atlas, photons, pass, planning } = self;
-        PROGRAM + scene + textures + film + planning.max(index + atlas + photons + pass)
+        let Self { scene, textures, index, film, atlas, mattes, photons, pass, writing, planning } = self;
+        let rendering = index + atlas + mattes + (photons + pass).max(writing);
+        PROGRAM + scene + textures + film + planning.max(rendering)
     }
 
     /// Why there is not enough, in one line; None where there is, or no limit is known.
@@ -113,6 +133,16 @@ pub fn words(bytes: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn mattes_are_counted_with_what_a_render_takes() {
+        let settings = Settings::for_film(100, 50);
+        let without = Memory::of_pixels(&settings, &[Layer::Visible]);
+        let with = without.with_mattes((100, 50));
+        // Six names and shares of each of two kinds.
+        assert_eq!(with.mattes, 100 * 50 * 96);
+        assert_eq!(with.total(), without.total() + with.mattes);
+    }
 
     #[test]
     fn what_does_not_fit_is_told_with_both_figures() {

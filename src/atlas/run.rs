@@ -18,6 +18,7 @@ use std::ops::Range;
 /// An atlas being rendered. Its plan's scene stands at (1, 1).
 pub struct AtlasRun {
     sums: AtlasSums,
+    memory: Memory,
 }
 
 /// Below this a series is followed to its end; else it is cut.
@@ -94,9 +95,15 @@ impl AtlasRun {
     /// No image at `at`, or matter that does not follow s and multiplies light without end; too little memory.
     pub fn new(plan: &Plan, at: (f32, f32), layers: &[Layer]) -> Result<(Self, Frame)> {
         let (frame, most, frontier) = prepare(plan, at)?;
-        memory(plan, &frame, most, layers).check(plan.settings.memory)?;
+        let memory = memory(plan, &frame, most, layers);
+        memory.check(plan.settings.memory)?;
         let sums = AtlasSums::new((frame.width, frame.height), most, at, frontier);
-        Ok((Self { sums }, frame))
+        Ok((Self { sums, memory }, frame))
+    }
+
+    /// What it will hold in memory, the render around it included.
+    pub fn memory(&self) -> Memory {
+        self.memory
     }
 
     /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but

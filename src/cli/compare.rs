@@ -5,6 +5,7 @@ use super::compare_variants::{method, variants};
 use super::out::say;
 use super::output::{Overwrite, claim, refuse_input};
 use super::scene_args::SceneArgs;
+use super::threads::start_threads;
 use crate::compare::{Course, Reference, ReferenceMaker, Run, Variant, can_refer, candidates, race};
 use crate::error::{Error, Result};
 use crate::film::{is_ours, replace_file};
@@ -31,14 +32,15 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     let given = args.reference.as_deref().map(Reference::read).transpose()?;
     let cache = args.cache.clone().unwrap_or_else(|| args.output.join("cache"));
     for folder in [&args.output, &cache] {
+        if folder.exists() && !folder.is_dir() {
+            let reason = "this is no folder; give another name, or the name of a folder".into();
+            return Err(Error::Write { path: folder.clone(), reason });
+        }
         std::fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
     }
     claim_files(args)?;
     if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()
-            .map_err(|why| Error::Usage(format!("--threads {threads}: {why}")))?;
+        start_threads(threads, args.quiet)?;
     }
     let plan = Comparing { args, variants, reference_method, given, cache };
     let mut reports = Vec::new();

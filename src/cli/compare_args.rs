@@ -4,6 +4,7 @@ use super::limits::duration;
 use super::output::Overwrite;
 use super::scene_args::{AroundArgs, SceneArgs};
 use super::settings_args::{DEFAULT_SAMPLES, size, whole};
+use super::threads::number;
 use crate::plan::Settings;
 use crate::scene::{MAX_TRIANGLES, Pose};
 use std::path::PathBuf;
@@ -102,8 +103,8 @@ pub struct CompareArgs {
     pub(super) output: PathBuf,
     #[command(flatten)]
     pub(super) overwrite: Overwrite,
-    /// Threads [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads, at most four for each processor [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = number)]
     pub(super) threads: Option<u16>,
     /// Print nothing but errors
     #[arg(short, long)]

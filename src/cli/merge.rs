@@ -95,7 +95,7 @@ fn mark(head: &StateHead) -> u64 {
     head.nanoseconds ^ u64::from(head.passes.len()) << 32
 }
 
-/// All sums together: the memory of one film, and of a row.
+/// All sums together: the memory of one film and of a row, and later of the picture that is written.
 fn film(states: &[PathBuf], marks: &[u64], whole: &StateHead) -> Result<Film> {
     let mut film = film_for(whole)?;
     for (path, expected) in states.iter().zip(marks) {

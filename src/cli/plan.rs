@@ -26,6 +26,10 @@ pub struct PlanArgs {
     #[arg(long)]
     atlas: bool,
 
+    /// Also the memory of mattes, as `halflight render --cryptomatte` makes them.
+    #[arg(long)]
+    cryptomatte: bool,
+
     /// Print it as JSON, for programs.
     #[arg(long)]
     json: bool,
@@ -42,6 +46,9 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let savings = savings(&scene, &plan, &frame, &forecast, &layers);
     if args.atlas {
         forecast.memory = atlas::forecast(&scene, settings, &layers)?;
+    }
+    if args.cryptomatte {
+        forecast.memory = forecast.memory.with_mattes((plan.settings.width, plan.settings.height));
     }
     let savings = savings.as_deref();
     if args.json {
@@ -71,14 +78,15 @@ fn as_text(
         text.push_str(&format!("left out {}: {} ({saved})\n", omission.name, omission.reason));
     }
     let memory = forecast.memory;
-    let atlas =
-        if memory.atlas > 0 { format!("atlas {}, ", bytes(memory.atlas as f64)) } else { String::new() };
-    let textures = match memory.textures {
+    let named = |name: &str, held: usize| match held {
         0 => String::new(),
-        held => format!("textures {}, ", bytes(held as f64)),
+        held => format!("{name} {}, ", bytes(held as f64)),
     };
+    let [textures, atlas, mattes] =
+        [("textures", memory.textures), ("atlas", memory.atlas), ("mattes", memory.mattes)]
+            .map(|(name, held)| named(name, held));
     text.push_str(&format!(
-        "memory: about {} (planning {}; scene {}, {textures}index {}, film {}, {atlas}photons {}, pass {})\n",
+        "memory: about {} (planning {}; scene {}, {textures}index {}, film {}, {atlas}{mattes}photons {}, pass {}, writing {})\n",
         bytes(memory.total() as f64),
         bytes(memory.planning as f64),
         bytes(memory.scene as f64),
@@ -86,6 +94,7 @@ fn as_text(
         bytes(memory.film as f64),
         bytes(memory.photons as f64),
         bytes(memory.pass as f64),
+        bytes(memory.writing as f64),
     ));
     text.extend(memory.refusal(machine::memory()).map(|refusal| format!("refused: {refusal}\n")));
     let pass = forecast.pass;
@@ -150,7 +159,7 @@ fn as_json(
         "techniques": techniques,
         "omissions": omissions_as_json(plan, savings),
         "memory_bytes": {
-            "total": memory.total(), "scene": memory.scene, "textures": memory.textures, "index": memory.index, "film": memory.film, "atlas": memory.atlas,
+            "total": memory.total(), "scene": memory.scene, "textures": memory.textures, "index": memory.index, "film": memory.film, "atlas": memory.atlas, "mattes": memory.mattes, "writing": memory.writing,
             "photons": memory.photons, "pass": memory.pass, "planning": memory.planning,
             "limit": machine::memory().map(|limit| limit.bytes),
         },

@@ -8,6 +8,7 @@ use super::preview_args::PreviewArgs;
 use super::progress::{Progress, Told};
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
+use super::threads::{number, start_threads};
 use super::under_way::{LONGEST_SILENCE, UnderWay};
 use super::watch::Watch;
 use super::writer::{Writer, write_picture};
@@ -15,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, Layer, Preview, StateFile};
 use crate::machine::MemoryLimit;
 use crate::mattes::Mattes;
+use crate::memory::Memory;
 use crate::plan::Settings;
 use crate::render::{Pace, Render, key, tell_error};
 use crate::scene::Loaded;
@@ -57,7 +59,7 @@ pub struct RenderArgs {
     error: Option<f64>,
 
     /// Threads, at most four for each processor; the picture does not depend on it. Default: one for each processor.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = number)]
     threads: Option<u16>,
 
     /// Also store every picture of the illumination square, for `halflight mix` and `halflight view`: light by its number
@@ -160,6 +162,8 @@ impl Job<'_> {
         scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
         let settings = Settings { atlas: args.atlas, memory: self.memory(size), ..settings };
         let preview = args.preview.over(Preview::usual(&scene));
+        let mattes = |held: Memory| if args.cryptomatte { held.with_mattes(size) } else { held };
+        mattes(Memory::of_pixels(&settings, &self.layers)).check(settings.memory)?;
         let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
         let state = match state {
             Some(state) if keep.is_complete(state.head(), limits.time) => {
@@ -170,6 +174,7 @@ impl Job<'_> {
         };
         let whole = args.cryptomatte.then(|| scene.clone());
         let mut render = Render::new(scene, settings, &self.layers)?;
+        mattes(render.memory()).check(render.plan().settings.memory)?;
         let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
         render.follow(keep.schedule);
         announce(&render, |line| args.tell(line));
@@ -269,15 +274,6 @@ fn announce(render: &Render, tell: impl Fn(&dyn Display)) {
             listed(backs.iter().map(String::as_str))
         ));
     }
-}
-
-fn start_threads(asked: u16, quiet: bool) -> Result<()> {
-    let (threads, fewer) = super::threads::threads(asked);
-    if let Some(processors) = fewer.filter(|_| !quiet) {
-        say(format_args!("note: --threads {asked}: for {processors} processors {threads} are used"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-    pool.build_global().map_err(|why| Error::Usage(format!("--threads {asked}: {why}")))
 }
 
 impl RenderArgs {

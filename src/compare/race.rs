@@ -3,8 +3,10 @@
 //! The run that has used the least time renders the next pass. So all of them advance together, and whatever disturbs the
 //! machine affects all of them alike.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::Layer;
+use crate::machine::{self, MemoryLimit};
+use crate::memory::{Memory, words};
 use crate::plan::{Method, Settings};
 use crate::render::Render;
 use crate::scene::Scene;
@@ -81,8 +83,9 @@ struct Runner {
 /// run has used. Pictures depend on the seed alone, times on the machine.
 ///
 /// # Errors
-/// A variant that cannot render the scene.
+/// A variant that cannot render the scene; more memory for films and pictures than the machine has.
 pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Result<Vec<Run>> {
+    check_memory(course, machine::memory())?;
     let last = course.budgets.last().copied().unwrap_or(0.0);
     let mut runners = Vec::new();
     for &seed in &course.seeds {
@@ -97,6 +100,26 @@ pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Re
         next.pass(&course.budgets);
     }
     Ok(runners.into_iter().map(|runner| runner.run).collect())
+}
+
+/// Films of all runs stand side by side, each with a picture for every budget, while one renders a pass.
+fn check_memory(course: &Course, limit: Option<MemoryLimit>) -> Result<()> {
+    let Some(MemoryLimit { bytes, of }) = limit else { return Ok(()) };
+    let settings = course.variants.iter().map(|variant| &variant.settings);
+    let parts: Vec<_> = settings.map(|settings| Memory::of_pixels(settings, &[Layer::Visible])).collect();
+    let pictures = |settings: &Settings| settings.pixels() * course.budgets.len() * size_of::<Vec3>();
+    let kept: usize = course.variants.iter().map(|variant| pictures(&variant.settings)).sum();
+    let films: usize = parts.iter().map(|memory| memory.film).sum();
+    let pass = parts.iter().map(|memory| memory.pass).max().unwrap_or(0);
+    let total = course.seeds.len() * (films + kept) + pass;
+    if total as u64 <= bytes {
+        return Ok(());
+    }
+    let runs = course.seeds.len() * course.variants.len();
+    let (total, bytes) = (words(total as f64), words(bytes as f64));
+    Err(Error::Usage(format!(
+        "{runs} runs side by side take about {total} of memory and {of} {bytes}: compare a smaller picture, or fewer seeds or budgets"
+    )))
 }
 
 fn start(scene: &Scene, course: &Course, variant: &Variant, seed: u64) -> Result<Runner> {

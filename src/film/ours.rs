@@ -11,12 +11,16 @@ pub(super) const PFM_SCALE: &str = "-1.000000000000";
 /// Headers lie within so much, that of an atlas of some hundred layers too.
 const SEARCHED: u64 = 1 << 20;
 
-/// True where a file says that we wrote it, or holds nothing.
+/// True where a file says that we wrote it, or holds nothing. What is no file, as a pipe, is not ours.
 ///
 /// # Errors
 /// It cannot be read.
 pub fn is_ours(path: &Path) -> io::Result<bool> {
     let mut beginning = Vec::new();
+    // Asked before it is opened: a pipe would wait for somebody to write.
+    if !std::fs::metadata(path)?.is_file() {
+        return Ok(false);
+    }
     File::open(path)?.take(SEARCHED).read_to_end(&mut beginning)?;
     Ok(beginning.is_empty() || signed(&beginning))
 }

@@ -17,7 +17,13 @@ use std::path::Path;
 /// stands before it), `X Y Z`, `Z` alone (called `depth`), or `Y` alone (grey). Other channels are passed over.
 /// Pixels are those of the data window. Our own layers come first, in the order of [`Layer::ALL`].
 pub fn read_exr(path: &Path) -> Result<Image> {
-    let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let unread = |source| Error::Read { path: path.into(), source };
+    // Asked before it is opened: a pipe would wait for somebody to write.
+    if !std::fs::metadata(path).map_err(unread)?.is_file() {
+        let reason = "is no file (a folder, a pipe or a device); name an EXR file".into();
+        return Err(Error::Image { path: path.into(), reason });
+    }
+    let file = File::open(path).map_err(unread)?;
     decode(BufReader::new(file)).map_err(|reason| Error::Image { path: path.into(), reason })
 }
 

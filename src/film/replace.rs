@@ -36,7 +36,8 @@ pub fn replace_revised(path: &Path, write: impl FnOnce(&mut dyn Revised) -> io::
         }
         Target::Regular(target, permissions) => {
             let mut file = temporary(path, &target, permissions)?;
-            write(&mut file).map_err(|e| refused(path, &e))?;
+            // The file itself, as what wraps it tells the name of the temporary one, which means nothing to the user.
+            write(file.as_file_mut()).map_err(|e| refused(path, &e))?;
             file.as_file().sync_all().map_err(|e| refused(path, &e))?;
             file.persist(&target).map_err(|e| refused(path, &e.error))?;
             // The rename itself is not on disk before its folder is; some file systems refuse this, which harms nothing.

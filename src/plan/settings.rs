@@ -134,6 +134,11 @@ impl Settings {
         Self { indirect_radius: (height as f32 / 28.0).max(4.0), ..default }
     }
 
+    /// Of the film.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
     /// With so many photon paths a pass, and the gather radius that goes with them: noise falls with their number and the square of the
     /// radius, bias with its square alone, so that both fall alike if the radius goes with their sixth root.
     #[must_use]

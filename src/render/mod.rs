@@ -43,6 +43,7 @@ pub struct Render {
     /// Of the scene and the settings.
     key: Key,
     atlas: Option<AtlasRun>,
+    memory: Memory,
     /// The scene's illumination in words.
     illumination: String,
     /// Photons stored over all passes.
@@ -72,12 +73,13 @@ impl Render {
         } else {
             plan_picture(scene, settings)?
         };
-        Memory::of(&plan, &frame, &layers).check(plan.settings.memory)?;
+        let memory = atlas.as_ref().map_or_else(|| Memory::of(&plan, &frame, &layers), AtlasRun::memory);
+        memory.check(plan.settings.memory)?;
         let film = Film::new(frame.width, frame.height, &layers);
         let key = key(plan.scene_hash, &asked);
         let seconds = begin.elapsed().as_secs_f64();
         let schedule = Schedule::ALL;
-        Ok(Self { plan, frame, film, schedule, key, atlas, illumination, stored: 0, seconds })
+        Ok(Self { plan, frame, film, schedule, key, atlas, memory, illumination, stored: 0, seconds })
     }
 
     /// Passes look at `stop` and are dropped when it is asked; [`passes`](Self::passes) then returns 0.
@@ -121,6 +123,11 @@ impl Render {
     /// The atlas as it is made. None where [`Settings::atlas`] was not asked for.
     pub fn atlas_run(&self) -> Option<&AtlasRun> {
         self.atlas.as_ref()
+    }
+
+    /// What it will hold in memory.
+    pub fn memory(&self) -> Memory {
+        self.memory
     }
 
     /// Every picture of the square so far. None where [`Settings::atlas`] was not asked for.

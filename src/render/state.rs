@@ -4,7 +4,7 @@ use super::Render;
 use crate::error::{Error, Result};
 use crate::film::{Film, Key, Preview, Schedule, StateFile, StateHead, write_state};
 use crate::machine;
-use crate::memory::words;
+use crate::memory::{Memory, words};
 use crate::plan::{Direct, Settings};
 use std::path::Path;
 
@@ -145,17 +145,18 @@ impl Render {
     }
 }
 
-/// An empty film for a state.
+/// An empty film for a state, if there is memory for it and for the picture that is written of it.
 ///
 /// # Errors
 /// It takes more memory than there is.
 pub fn film_for(head: &StateHead) -> Result<Film> {
     let StateHead { width, height, ref layers, .. } = *head;
-    let bytes = Film::bytes(width, height, layers) as u64;
+    let held = Memory { pass: 0, ..Memory::of_pixels(&Settings::for_film(width, height), layers) };
+    let bytes = held.total() as u64;
     if let Some(limit) = machine::memory().filter(|limit| bytes > limit.bytes) {
         let (needs, has) = (words(bytes as f64), words(limit.bytes as f64));
         return Err(Error::Usage(format!(
-            "a film of {width}x{height} pixels takes {needs} of memory and {} {has}",
+            "a film of {width}x{height} pixels and its picture take {needs} of memory and {} {has}",
             limit.of
         )));
     }

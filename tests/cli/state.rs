@@ -307,6 +307,22 @@ mod killed {
         assert!(fifo.success());
         refused(here, &format!("render {small} -o c.exr"), &["c.halflight", "pipe"]);
         refused(here, "merge c.halflight -o m.exr", &["c.halflight"]);
+        fs::create_dir(here.join("c")).expect("a folder");
+        for (pipe, place) in [("c.exr", "picture"), ("c/compare.json", "page")] {
+            let fifo = Command::new("mkfifo").arg(here.join(pipe)).status().expect("mkfifo");
+            assert!(fifo.success(), "{place}");
+        }
+        let pipe = &["c.exr", "is no file (a folder, a pipe or a device)"];
+        for reads in [
+            "diff c.exr c.exr",
+            "mix c.exr --at 0,0 -o m.exr",
+            "view c.exr -o m.html",
+            "compare --reference c.exr -o d",
+        ] {
+            refused(here, reads, pipe);
+        }
+        refused(here, "compare -o c", &["c/compare.json", "pipe"]);
+        refused(here, "compare -o c.exr", &["c.exr", "no folder"]);
         std::os::unix::fs::symlink("/dev/full", here.join("f.halflight")).expect("a link");
         refused(here, &format!("render {small} -o f.exr"), &["f.halflight", "device"]);
         // The scene itself, by a link.
@@ -344,6 +360,28 @@ mod killed {
 }
 
 #[test]
+fn threads_that_cannot_be_meant_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for command in ["render", "compare"] {
+        for threads in ["0", "1025", "65535", "100000"] {
+            let output = halflight(folder.path(), &format!("{command} --threads {threads}"));
+            assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+            assert!(said(&output).contains("give 1 to 1024"), "{}", said(&output));
+        }
+    }
+}
+
+#[test]
+fn comparisons_that_take_too_much_memory_are_refused_before_they_begin() {
+    let folder = tempfile::tempdir().expect("a folder");
+    refused(
+        folder.path(),
+        "compare builtin:cornell-spheres --size 65536x65536 -q -o c",
+        &["15 runs side by side take about", "GB of memory and", "fewer seeds"],
+    );
+}
+
+#[test]
 fn memory_that_may_not_be_taken_is_refused_before_it_is() {
     let folder = tempfile::tempdir().expect("a folder");
     refused(
@@ -351,6 +389,9 @@ fn memory_that_may_not_be_taken_is_refused_before_it_is() {
         "render --size 4000x4000 --memory 500MB -o a.exr",
         &["GB of memory and --memory allows 500.0 MB"],
     );
+    // Mattes take some beside the sums: 96 bytes a pixel.
+    let mattes = "render --size 1000x1000 --memory 350MB --cryptomatte -o a.exr";
+    refused(folder.path(), mattes, &["MB of memory and --memory allows 350.0 MB"]);
     let huge = halflight(folder.path(), "render --size 100000x100000 -o a.exr");
     assert!(huge.status.code() == Some(2) && said(&huge).contains("1 to 65536 pixels"), "{}", said(&huge));
     let enough = "render --size 16x16 --photons 500 --passes 1 --memory 500MB -o a.exr";

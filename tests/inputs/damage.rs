@@ -1,11 +1,11 @@
-//! What must hold for any bytes given as a scene or as a picture. Tests run it on damaged files, and so do the fuzz targets in
+//! What must hold for any bytes given as a scene, as a picture or as the state of a render. Tests run it on damaged files, and so do the fuzz targets in
 //! `fuzz/`.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use halflight::atlas::Atlas;
 use halflight::error::Error;
-use halflight::film::read_exr;
+use halflight::film::{Film, Layer, StateFile, read_exr, write_state};
 use halflight::scene::{Choice, Pose, Scene};
 use serde_json::json;
 use std::path::PathBuf;
@@ -109,4 +109,63 @@ pub fn exr(bytes: &[u8]) {
 fn one_line(error: &Error) {
     let text = error.to_string();
     assert!(error.exit_code() == 2 && text.contains("damaged.") && !text.contains('\n'), "{text:?}");
+}
+
+/// The largest film that damaged states are added to, in pixels.
+const MOST_PIXELS: u64 = 1 << 16;
+
+/// They are read as a state whose sums come back as they are, or refused in one line; also with checksums that fit.
+///
+/// # Panics
+/// Where neither is so.
+pub fn state(bytes: &[u8]) {
+    as_they_are(bytes);
+    as_they_are(&with_checksums(bytes));
+}
+
+fn as_they_are(bytes: &[u8]) {
+    let (folder, path) = file("damaged.halflight", bytes);
+    let state = match StateFile::open(&path) {
+        Ok(state) => state,
+        Err(error) => return one_line(&error),
+    };
+    let head = state.head().clone();
+    if u64::from(head.width) * u64::from(head.height) > MOST_PIXELS {
+        return;
+    }
+    let mut film = Film::new(head.width, head.height, &head.layers);
+    if let Err(error) = state.add_to(&mut film) {
+        return one_line(&error);
+    }
+    film.standard_error();
+    film.relative_bias();
+    head.layers.iter().for_each(|layer| drop(film.mean(*layer)));
+    let again = folder.path().join("again.halflight");
+    write_state(&again, &head, &film).expect("what was read is written");
+    let mut read = Film::new(head.width, head.height, &head.layers);
+    StateFile::open(&again).and_then(|state| state.add_to(&mut read)).expect("what was written is read");
+    let both = [&film, &read].map(|film| film.mean(Layer::Visible));
+    let bits = both.map(|plane| plane.iter().map(|v| v.to_array().map(f32::to_bits)).collect::<Vec<_>>());
+    assert!(bits[0] == bits[1], "other sums came back");
+}
+
+/// Bytes before the first block of a state: its name and its version.
+const BEFORE_BLOCKS: usize = 20;
+
+/// A state with the checksum that each of its blocks should have, as far as there are whole ones.
+fn with_checksums(bytes: &[u8]) -> Vec<u8> {
+    let mut mended = bytes.to_vec();
+    let mut at = BEFORE_BLOCKS;
+    while let Some(length) = mended.get(at..).and_then(<[u8]>::first_chunk) {
+        let begin = at + 4;
+        let end = begin + u32::from_le_bytes(*length) as usize;
+        let Some(block) = mended.get(begin..end) else { break };
+        let sum = block.iter().fold(0xcbf2_9ce4_8422_2325, |sum, byte| {
+            (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+        let Some(place) = mended.get_mut(end..end + 8) else { break };
+        place.copy_from_slice(&u64::to_le_bytes(sum));
+        at = end + 8;
+    }
+    mended
 }

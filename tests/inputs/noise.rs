@@ -3,8 +3,11 @@
 use crate::damage;
 use crate::small::{Small, load_bytes};
 use glam::Vec3;
-use halflight::film::{Film, Header, Layer, PassImage, read_exr, write_exr};
+use halflight::film::{
+    Film, Header, Key, Layer, PassImage, Preview, StateFile, StateHead, read_exr, write_exr, write_state,
+};
 use proptest::prelude::*;
+use std::path::Path;
 
 fn rich() -> Small {
     let extras = serde_json::json!({ "illumination": [0.5, 0.5], "emission": "both", "thin": false });
@@ -147,6 +150,58 @@ proptest! {
         let bytes = picture();
         damage::exr(&bytes[..cut.index(bytes.len())]);
     }
+}
+
+/// A state of two passes of 5×3 pixels, as a render stores it.
+fn state() -> Vec<u8> {
+    let layers = [Layer::Visible, Layer::Error, Layer::Depth];
+    let mut film = Film::new(5, 3, &layers);
+    for pass in 0..2 {
+        let value =
+            |i: u32| Vec3::new(0.1 + i as f32, 1.0 / (1 + pass + i) as f32, if i == 7 { 1e30 } else { 0.0 });
+        let planes = film.accumulated().map(|layer| (layer, (0..15).map(value).collect())).collect();
+        film.add(&PassImage { width: 5, height: 3, planes, one_more: None });
+    }
+    let head = StateHead {
+        key: Key([("scene".to_owned(), "a".to_owned())].into()),
+        pass_size: 1,
+        width: 5,
+        height: 3,
+        layers: film.layers().to_vec(),
+        passes: film.pass_set().clone(),
+        photons: 0,
+        nanoseconds: 0,
+        facts: Header::new(),
+        preview: Preview::from(0.0),
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.halflight");
+    write_state(&path, &head, &film).expect("written");
+    std::fs::read(path).expect("read")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bytes_of_a_state(hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+        let mut bytes = state();
+        for (index, value) in hits {
+            let at = index.index(bytes.len());
+            bytes[at] = value;
+        }
+        damage::state(&bytes);
+    }
+}
+
+/// So that damage of states is not refused for what they all have in common.
+#[test]
+fn the_seeds_of_states_are_of_the_format_as_it_is() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/state");
+    let seeds = std::fs::read_dir(folder).expect("seeds").map(|seed| seed.expect("a seed").path());
+    let read = seeds.map(|seed| StateFile::open(&seed).map(drop)).collect::<Result<Vec<()>, _>>();
+    assert_eq!(read.expect("states").len(), 2);
+    damage::state(&state());
 }
 
 fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {

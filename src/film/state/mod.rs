@@ -2,6 +2,7 @@
 //!
 //! Sums are stored as they are, bit for bit; the same passes of the same render make the same sums, wherever they were rendered.
 
+mod bits;
 mod head;
 mod read;
 #[cfg(test)]
@@ -27,15 +28,17 @@ fn checksum(bytes: &[u8]) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
-/// What stands for a number that is not finite, or is zero.
-const ZERO: u8 = 0;
-const INFINITE: u8 = 1;
-const MINUS_INFINITE: u8 = 2;
-const NOT_A_NUMBER: u8 = 3;
-/// A number of so many bytes is this plus how many; the topmost bit is its sign.
-const BYTES: u8 = 3;
-const NEGATIVE: u8 = 0x80;
-/// An exponent that is as far from the row's lowest follows in full.
-const FAR: u8 = 0xff;
-/// The longest magnitude, in bytes.
-const LONGEST: u8 = 112;
+/// Bits of a row's own two widths.
+const WIDTH: u32 = 4;
+/// What is no finite number has the length that all bits of the width make, and one of these after it.
+const INFINITE: u32 = 0;
+const MINUS_INFINITE: u32 = 1;
+const NOT_A_NUMBER: u32 = 2;
+const SPECIAL: u32 = 2;
+/// The longest magnitude, in bits.
+const LONGEST: u32 = 8 * 112;
+
+/// The length that says that a number is not finite.
+fn special(width: u32) -> u32 {
+    (1 << width) - 1
+}

@@ -3,9 +3,10 @@
 use super::super::exact::{Number, Row, Whole};
 use super::super::peaks::Peaks;
 use super::super::sums::Film;
+use super::bits::Reader;
 use super::{
-    BYTES, FAR, INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NEGATIVE, NOT_A_NUMBER, StateHead,
-    VERSION, ZERO, checksum,
+    INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION, WIDTH,
+    checksum, special,
 };
 use crate::error::{Error, Result};
 use crate::film::Layer;
@@ -38,8 +39,9 @@ impl StateFile {
         let there = file.metadata().map_err(refused)?;
         let mut rest = BufReader::with_capacity(1 << 16, file);
         let head = head(&mut rest).map_err(|reason| wrong(path, reason))?;
-        // Each number is a byte at least.
-        let least = u64::from(head.height) * 3 * u64::from(head.width) * planes(&head) as u64;
+        // Each number is a bit at least.
+        let numbers = 3 * u64::from(head.width) * planes(&head) as u64;
+        let least = u64::from(head.height) * numbers.div_ceil(8);
         if there.len() < least {
             return Err(wrong(path, CUT.into()));
         }
@@ -104,7 +106,7 @@ fn planes(head: &StateHead) -> usize {
 
 /// The most bytes of so many rows of so many numbers.
 fn longest(rows: usize, numbers: usize) -> usize {
-    rows * (2 + numbers * (4 + usize::from(LONGEST)))
+    rows * (4 + numbers * (LONGEST as usize / 8 + 4))
 }
 
 fn head(rest: &mut impl Read) -> Found<StateHead> {
@@ -167,35 +169,53 @@ fn ends(rest: &[u8]) -> Found<()> {
 /// Adds the numbers of a row.
 fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
     let lowest = i16::from_le_bytes(taken(bytes)?);
+    let mut bits = Reader::new(bytes);
+    let mut width = || bits.take(WIDTH).ok_or(MISFIT);
+    let widths = [width()?, width()?];
     for i in 0..row.len() {
-        let number = number(bytes, lowest)?;
+        let number = number(&mut bits, lowest, widths).ok_or(MISFIT)?;
         if !number.is_held() {
             return Err("a number in it is out of reach".into());
         }
         row.add_number(i, &number);
     }
+    *bytes = bits.finish().ok_or(MISFIT)?;
     Ok(())
 }
 
-fn number(bytes: &mut &[u8], lowest: i16) -> Found<Number> {
-    let [tag] = taken(bytes)?;
-    let length = match tag {
-        ZERO => return Ok(Number::Zero),
-        INFINITE => return Ok(Number::Infinite),
-        MINUS_INFINITE => return Ok(Number::MinusInfinite),
-        NOT_A_NUMBER => return Ok(Number::Nan),
-        _ => (tag & !NEGATIVE)
-            .checked_sub(BYTES)
-            .filter(|length| (1..=LONGEST).contains(length))
-            .ok_or(MISFIT)?,
-    };
-    let exponent = match taken(bytes)? {
-        [FAR] => i16::from_le_bytes(taken(bytes)?).into(),
-        [above] => i32::from(lowest) + i32::from(above),
-    };
-    let (magnitude, rest) = bytes.split_at_checked(length.into()).ok_or(MISFIT)?;
-    *bytes = rest;
-    Ok(Number::Finite { negative: tag & NEGATIVE != 0, exponent, magnitude: magnitude.into() })
+fn number(bits: &mut Reader<'_>, lowest: i16, [above, lengths]: [u32; 2]) -> Option<Number> {
+    // Else a number would take no room.
+    let length = bits.take(lengths).filter(|_| lengths > 0)?;
+    if length == 0 {
+        return Some(Number::Zero);
+    }
+    if length == special(lengths) {
+        return match bits.take(SPECIAL)? {
+            INFINITE => Some(Number::Infinite),
+            MINUS_INFINITE => Some(Number::MinusInfinite),
+            NOT_A_NUMBER => Some(Number::Nan),
+            _ => None,
+        };
+    }
+    let negative = bits.take(1)? == 1;
+    let exponent = i32::from(lowest) + bits.take(above)? as i32;
+    let magnitude = magnitude(bits, length)?;
+    Some(Number::Finite { negative, exponent, magnitude })
+}
+
+/// A magnitude of so many bits, the first and the last of which are set. None: too long, or not there.
+fn magnitude(bits: &mut Reader<'_>, length: u32) -> Option<Vec<u8>> {
+    let mut magnitude = vec![0; (length <= LONGEST).then_some(length.div_ceil(8) as usize)?];
+    let mut left = length.saturating_sub(2);
+    for (k, byte) in magnitude.iter_mut().enumerate() {
+        let (skipped, room) = if k == 0 { (1, 7) } else { (0, 8) };
+        let some = left.min(room);
+        *byte = (bits.take(some)? << skipped) as u8;
+        left -= some;
+    }
+    magnitude[0] |= 1;
+    *magnitude.last_mut()? |= 1 << ((length - 1) % 8);
+    Some(magnitude)
 }
 
 fn taken<const N: usize>(bytes: &mut &[u8]) -> Found<[u8; N]> {

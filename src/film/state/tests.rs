@@ -141,6 +141,27 @@ fn what_does_not_belong_together_is_named() {
     assert_eq!(joined.join(&other), Err("pixels: 8x5 there, 7x5 here".into()));
 }
 
+#[test]
+fn a_state_has_no_more_than_three_times_the_bytes_of_its_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (64, 8);
+    let mut film = Film::new(width, height, &[Layer::Visible, Layer::Error]);
+    for pass in 0..160 {
+        let planes = [Layer::Visible, Layer::Bias].map(|layer| {
+            let channel = |at: usize| value(pass, layer, at).abs().clamp(0.0625, 1.0) * (at % 7 + 1) as f32;
+            let pixel = |at: usize| Vec3::from_array([0, 1, 2].map(|axis| channel(3 * at + axis)));
+            (layer, (0..(width * height) as usize).map(pixel).collect())
+        });
+        film.add_pass(pass, &PassImage { width, height, planes: planes.into(), one_more: None });
+    }
+    let path = folder.path().join("state");
+    let head = StateHead { width, height, layers: film.layers().to_vec(), ..head(&film) };
+    write_state(&path, &head, &film).unwrap();
+    let each = fs::metadata(&path).unwrap().len() as f64 / f64::from(width * height);
+    // Two layers of three numbers of four bytes.
+    assert!(each <= 3.0 * 24.0, "{each} bytes a pixel");
+}
+
 /// One line that names the file.
 fn refused(path: &Path) {
     let mut all = film([]);
@@ -239,7 +260,7 @@ fn heads_that_promise_too_much_are_refused() {
     with("photons", serde_json::json!(-1));
     with("preview", serde_json::json!(null));
     with("key", serde_json::json!({"a": 1}));
-    fs::write(&path, [&MAGIC[..], &2_u32.to_le_bytes()].concat()).unwrap();
+    fs::write(&path, [&MAGIC[..], &(VERSION - 1).to_le_bytes()].concat()).unwrap();
     refused(&path);
     fs::write(&path, [&MAGIC[..], &VERSION.to_le_bytes(), &u32::MAX.to_le_bytes()].concat()).unwrap();
     refused(&path);

@@ -3,9 +3,10 @@
 use super::super::exact::{Number, Row, Whole};
 use super::super::replace::replace_file;
 use super::super::sums::{Film, Sums};
+use super::bits::Writer;
 use super::{
-    BYTES, FAR, INFINITE, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NEGATIVE, NOT_A_NUMBER, StateHead, VERSION,
-    ZERO, checksum,
+    INFINITE, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION, WIDTH,
+    checksum, special,
 };
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -61,33 +62,70 @@ fn row(sums: &Sums, y: usize) -> Vec<u8> {
     bytes
 }
 
-/// The lowest exponent, then each number.
+/// The lowest exponent and two widths, then each number, bit by bit.
 fn numbers<W: Whole>(bytes: &mut Vec<u8>, row: &Row<W>) {
     let all: Vec<Number> = (0..row.len()).map(|i| row.number(i)).collect();
-    let exponent = |number: &Number| match number {
-        Number::Finite { exponent, .. } => Some(*exponent as i16),
+    let exponents = || all.iter().filter_map(exponent);
+    let lowest = exponents().min().unwrap_or(0);
+    let highest = exponents().max().unwrap_or(0);
+    let longest = all.iter().map(length).max().unwrap_or(0);
+    // One length more than there is, for what is not finite.
+    let widths = [width_of((highest - lowest) as u32), width_of(longest + 1)];
+    bytes.extend((lowest as i16).to_le_bytes());
+    let mut bits = Writer::new(bytes);
+    widths.iter().for_each(|width| bits.put(*width, WIDTH));
+    all.iter().for_each(|number| put(&mut bits, number, lowest, widths));
+    bits.finish();
+}
+
+/// How many bits a number takes.
+fn width_of(number: u32) -> u32 {
+    u32::BITS - number.leading_zeros()
+}
+
+fn exponent(number: &Number) -> Option<i32> {
+    match number {
+        Number::Finite { exponent, .. } => Some(*exponent),
         _ => None,
-    };
-    let lowest = all.iter().filter_map(exponent).min().unwrap_or(0);
-    bytes.extend(lowest.to_le_bytes());
-    for number in &all {
-        match number {
-            Number::Zero => bytes.push(ZERO),
-            Number::Infinite => bytes.push(INFINITE),
-            Number::MinusInfinite => bytes.push(MINUS_INFINITE),
-            Number::Nan => bytes.push(NOT_A_NUMBER),
-            Number::Finite { negative, exponent, magnitude } => {
-                bytes.push((BYTES + magnitude.len() as u8) | if *negative { NEGATIVE } else { 0 });
-                let above = *exponent as i16 - lowest;
-                match u8::try_from(above) {
-                    Ok(above) if above != FAR => bytes.push(above),
-                    _ => {
-                        bytes.push(FAR);
-                        bytes.extend((*exponent as i16).to_le_bytes());
-                    }
-                }
-                bytes.extend(magnitude);
-            }
+    }
+}
+
+/// Bits of the magnitude.
+fn length(number: &Number) -> u32 {
+    match number {
+        Number::Finite { magnitude, .. } => {
+            8 * magnitude.len() as u32 - magnitude.last().map_or(0, |byte| byte.leading_zeros())
         }
+        _ => 0,
+    }
+}
+
+fn put(bits: &mut Writer<'_>, number: &Number, lowest: i32, [above, lengths]: [u32; 2]) {
+    let mut not_finite = |which: u32| {
+        bits.put(special(lengths), lengths);
+        bits.put(which, SPECIAL);
+    };
+    match number {
+        Number::Zero => bits.put(0, lengths),
+        Number::Infinite => not_finite(INFINITE),
+        Number::MinusInfinite => not_finite(MINUS_INFINITE),
+        Number::Nan => not_finite(NOT_A_NUMBER),
+        Number::Finite { negative, exponent, magnitude } => {
+            bits.put(length(number), lengths);
+            bits.put(u32::from(*negative), 1);
+            bits.put((exponent - lowest) as u32, above);
+            between_ends(bits, magnitude, length(number));
+        }
+    }
+}
+
+/// The bits of a magnitude between its first and its last, which are set.
+fn between_ends(bits: &mut Writer<'_>, magnitude: &[u8], length: u32) {
+    let mut left = length.saturating_sub(2);
+    for (k, byte) in magnitude.iter().enumerate() {
+        let (byte, room) = if k == 0 { (byte >> 1, 7) } else { (*byte, 8) };
+        let some = left.min(room);
+        bits.put(u32::from(byte) & ((1 << some) - 1), some);
+        left -= some;
     }
 }
