@@ -509,14 +509,18 @@ fn tev_is_sent_every_pixel_and_may_go_away() {
     let folder = tempfile::tempdir().expect("a folder");
     let viewer = TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = viewer.local_addr().expect("bound").port();
-    let arguments = "render builtin:cornell-spheres --size 200x150 --photons 20000 --layers all";
-    let running =
-        Running::new(folder.path(), &format!("{arguments} --time 6s -o a.exr --tev 127.0.0.1:{port}"));
+    let arguments = "render builtin:cornell-spheres --size 200x150 --photons 20000 --layers all --passes 100000 -o a.exr --live";
+    let running = Running::new(folder.path(), &format!("{arguments} --tev 127.0.0.1:{port}"));
+    let address = running.page();
     // One that leaves in the middle.
     viewed(viewer.accept().expect("it comes").0, 3);
     let line = running.line("--tev");
     assert!(line.contains("went away") && line.contains("the render goes on"), "{line}");
-    let sent = viewed(viewer.accept().expect("it comes again").0, usize::MAX).expect("a picture");
+    let second = viewer.accept().expect("it comes again").0;
+    let reading = std::thread::spawn(move || viewed(second, usize::MAX));
+    until(&address, |state| state["facts"]["passes"].as_u64() >= Some(2));
+    assert_eq!(asked(&address, "POST", "quit", "").0, 200);
+    let sent = reading.join().expect("packets").expect("a picture");
     assert_eq!(running.ends(), 0);
     let written = read_exr(&folder.path().join("a.exr")).expect("a picture");
     assert_eq!((sent.name.as_str(), sent.size), ("a.exr", (200, 150)));
