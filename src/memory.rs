@@ -41,6 +41,9 @@ const PROGRAM: usize = 12_000_000;
 const READING: usize = 2 * size_of::<Vec3>() + size_of::<u64>();
 /// For each triangle while a scene is read and its index is built: measured on half a million triangles.
 const PER_TRIANGLE: usize = 400;
+/// While an environment is read there are so many times the bytes of its picture besides: its file, and what is decoded of it. Measured
+/// on a Radiance picture of eight million texels.
+const WHILE_READ: usize = 2;
 
 impl Memory {
     /// Of a planned render without an atlas.
@@ -50,12 +53,13 @@ impl Memory {
         let photon = if both { size_of::<Photon<Light>>() } else { size_of::<Photon<Invisible>>() };
         // Twice while they are put in order, with a sort key, a position and a place in the tree.
         let photons = stored * (2 * photon + 16 + 12 + 16) as f64;
+        let sky = plan.scene.environment.as_ref().map_or(0, |sky| sky.picture_bytes());
         Self {
             scene: plan.scene.mesh.bytes(),
             textures: plan.scene.image_bytes(),
             index: plan.index_bytes() + frame.learned_bytes(),
             photons: photons as usize,
-            planning: PER_TRIANGLE * plan.scene.mesh.triangles.len(),
+            planning: PER_TRIANGLE * plan.scene.mesh.triangles.len() + WHILE_READ * sky,
             ..Self::of_pixels(&plan.settings, layers)
         }
     }

@@ -152,6 +152,11 @@ impl Environment {
         }
     }
 
+    /// What its picture alone takes in memory.
+    pub fn picture_bytes(&self) -> usize {
+        self.panorama.bytes()
+    }
+
     /// What it takes in memory.
     pub fn bytes(&self) -> usize {
         self.panorama.bytes() + self.distribution.as_ref().map_or(0, |distribution| distribution.bytes())
