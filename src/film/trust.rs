@@ -15,7 +15,7 @@ pub struct Doubt {
     pub variance_of_variance: f64,
     /// The share of the picture's light that pixels got in a single pass each, beyond what they get in the others. As much is to be
     /// expected of such paths in the places where none has come yet (Good 1953, *Biometrika* 40, eq. 9; the estimate is Turing's).
-    /// Zero below [`FEWEST`] passes, in which chance alone makes one stand out.
+    /// Zero below eight passes, in which chance alone makes one stand out.
     pub single: f64,
     /// The relative noise of the picture if pixels that owe most of their spread to a single pass are as bright as their other passes
     /// say. Relative to what they show, a pixel is never off by more than once its own brightness.
@@ -27,7 +27,7 @@ const MOST_VARIANCE: f64 = 0.1;
 /// By what factor the noise may be larger than it is told.
 const MOST_HIDDEN: f64 = 1.5;
 /// Passes from which single ones are told from the others.
-pub const FEWEST: u32 = 8;
+const FEWEST: u32 = 8;
 /// Tiles along the longer side: wider than most gather disks, whose pixels share their photons.
 const TILES: u32 = 8;
 
