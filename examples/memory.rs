@@ -16,7 +16,7 @@ const RENDERS: [&str; 6] = [
     "builtin:cornell-spheres --size 800x600 --cryptomatte",
     "builtin:two-spheres --size 256x256 --illumination global",
     "builtin:cornell-spheres --size 1024x1024 --method path --samples 1",
-    "scenes/cornell-spheres.gltf --size 512x512 --environment SKY",
+    "scenes/cornell-spheres.gltf --size 256x256 --environment SKY",
 ];
 /// The longer side of the environment.
 const SKY: usize = 4096;
