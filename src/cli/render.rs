@@ -54,7 +54,7 @@ pub struct RenderArgs {
     time: Option<Duration>,
 
     /// Stop when the relative error of the picture is below this: standard error and estimated bias together, root of
-    /// the mean square over pixels.
+    /// the mean square over pixels. An error that rests upon few bright paths is not trusted: the render goes on.
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     error: Option<f64>,
 
