@@ -62,6 +62,7 @@ each! {
     camera_inside: "camera-inside";
     light_inside: "light-inside";
     coincident_opposite: "coincident-opposite";
+    contact: "contact";
     slivers: "slivers";
     edges_and_corners: "edges-and-corners";
     axis_parallel: "axis-parallel";
