@@ -3,7 +3,7 @@
 //! The kernels are generic over what photons carry (one half of light or both) and how many pictures the camera makes (one
 //! or two); which of them serve is decided once, outside all loops.
 
-use crate::film::{Layer, PassImage};
+use crate::film::{Asides, Layer, PassImage};
 use crate::gather::{Gathered, Maps, NearestMaps, Parts, Pixel, gather};
 use crate::light::{Invisible, Light, Power};
 use crate::path_trace::{PathSettings, Rows, Strength, trace_pass_until};
@@ -86,8 +86,12 @@ pub(crate) fn pass_image<const R: usize>(
     planes: &[Layer],
 ) -> PassImage {
     let planes = planes.iter().map(|&layer| (layer, plane(gathered, layer))).collect();
-    let one_more = gathered.pixels.iter().map(|pixel| pixel.one_more).collect();
-    PassImage { width: frame.width, height: frame.height, planes, one_more: Some(one_more) }
+    let each = |value: fn(&Pixel<R>) -> f32| Some(gathered.pixels.iter().map(value).collect());
+    let asides = Asides {
+        one_more: each(|pixel| pixel.one_more),
+        scattered: each(|pixel| (pixel.parts[0].total() - pixel.parts[0].emitted).as_dvec3().length() as f32),
+    };
+    PassImage { width: frame.width, height: frame.height, planes, asides }
 }
 
 fn path_pass(plan: &Plan, frame: &Frame, strength: Strength, pass: u32, planes: &[Layer]) -> PassImage {
@@ -104,7 +108,9 @@ fn path_pass(plan: &Plan, frame: &Frame, strength: Strength, pass: u32, planes: 
         _ => unreachable!("layers were checked"),
     };
     let planes = planes.iter().map(|&layer| (layer, plane(layer))).collect();
-    PassImage { width, height, planes, one_more: None }
+    let scattered = |(all, emitted): (&Vec3, &Vec3)| (*all - *emitted).as_dvec3().length() as f32;
+    let scattered = picture.visible.iter().zip(&picture.emitted).map(scattered).collect();
+    PassImage { width, height, planes, asides: Asides { one_more: None, scattered: Some(scattered) } }
 }
 
 fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {

@@ -5,7 +5,7 @@ use crate::diagrams;
 use crate::effort::Effort;
 use glam::Vec3;
 use halflight::error::Result;
-use halflight::film::{Film, Layer, PassImage, write_bytes_png, write_rgb_png};
+use halflight::film::{Asides, Film, Layer, PassImage, write_bytes_png, write_rgb_png};
 use halflight::measure::{Agreement, Estimate, Metrics, agreement, compare};
 use halflight::plan::{Frame, Method, Plan, Settings};
 use halflight::render::{learn, render_pass};
@@ -205,7 +205,7 @@ fn reflected(plan: &Plan, passes: u32) -> Film {
         let PassImage { mut planes, .. } = render_pass(plan, &frame, pass, &layers).0;
         let emitted = planes[1].1.clone();
         planes[0].1.iter_mut().zip(emitted).for_each(|(visible, emitted)| *visible -= emitted);
-        film.add(&PassImage { width, height, planes, one_more: None });
+        film.add(&PassImage { width, height, planes, asides: Asides::default() });
     }
     film
 }

@@ -1,75 +1,108 @@
-//! Maxima over passes of every pixel, to three digits, which is as much as tests of an error bar need.
+//! Maxima over passes of every pixel, coarsely, which is as much as tests of an error bar need.
 
-use half::bf16;
-use half::slice::HalfFloatSliceExt;
+use super::state::{BitReader, BitWriter};
 
 /// One row of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Peaks {
-    /// The length of the brightest `Visible`.
-    brightest: Vec<bf16>,
-    /// Of [`one_more`](super::PassImage::one_more).
-    one_more: Vec<bf16>,
+    /// Of the brightness of what was scattered, rounded down to an eighth: what stands out does so by far.
+    scattered: Vec<u16>,
+    /// Of [`one_more`](super::Asides::one_more), rounded up to a quarter.
+    one_more: Vec<u16>,
+}
+
+/// Bits that are kept of a single-precision number that is not below zero: its exponent, and so many of its fraction.
+const SCATTERED: u32 = 8 + 3;
+const ONE_MORE: u32 = 8 + 2;
+/// As all bits of the exponent are set: infinite.
+const fn infinite(bits: u32) -> u16 {
+    0xff << (bits - 8)
+}
+
+/// The largest number of so many bits that is not above `x`; of what is no number, zero: the sums keep it.
+fn below(x: f32, bits: u32) -> u16 {
+    if x > 0.0 { (x.to_bits() >> (31 - bits)) as u16 } else { 0 }
+}
+
+/// The least number of so many bits that is not below `x`.
+fn above(x: f32, bits: u32) -> u16 {
+    let down = below(x, bits);
+    if x > 0.0 && value(down, bits) < f64::from(x) { down + 1 } else { down }
+}
+
+fn value(number: u16, bits: u32) -> f64 {
+    f32::from_bits(u32::from(number) << (31 - bits)).into()
 }
 
 impl Peaks {
-    /// Bytes of a pixel.
-    pub const BYTES: usize = 2 * size_of::<bf16>();
+    /// Bytes of a pixel in memory.
+    pub const BYTES: usize = 2 * size_of::<u16>();
 
     /// Of so many pixels, all zero.
     pub fn new(len: usize) -> Self {
-        Self { brightest: vec![bf16::ZERO; len], one_more: vec![bf16::ZERO; len] }
+        Self { scattered: vec![0; len], one_more: vec![0; len] }
     }
 
-    /// Of a pixel's brightest pass.
-    pub fn brightest(&self, i: usize) -> f64 {
-        self.brightest[i].to_f64()
+    /// Of a pixel, the brightest that was scattered to it in any pass.
+    pub fn scattered(&self, i: usize) -> f64 {
+        value(self.scattered[i], SCATTERED)
     }
 
     /// Of a pixel, the most that one photon more would have added in any pass.
     pub fn one_more(&self, i: usize) -> f64 {
-        self.one_more[i].to_f64()
+        value(self.one_more[i], ONE_MORE)
     }
 
-    /// Takes in the brightness of a pixel in a pass.
-    pub fn meet(&mut self, i: usize, brightness: f32) {
-        raise(&mut self.brightest[i], bf16::from_f32(brightness));
+    /// Takes in what was scattered in a pass, pixel by pixel.
+    pub fn meet_scattered(&mut self, lengths: &[f32]) {
+        raise(&mut self.scattered, lengths.iter().map(|x| below(*x, SCATTERED)));
     }
 
     /// Takes in what one photon more would have added, pixel by pixel.
     pub fn meet_one_more(&mut self, one_more: &[f32]) {
-        self.one_more.iter_mut().zip(one_more).for_each(|(to, from)| raise(to, bf16::from_f32(*from)));
+        raise(&mut self.one_more, one_more.iter().map(|x| above(*x, ONE_MORE)));
     }
 
     /// Takes in those of other passes.
     pub fn join(&mut self, other: &Self) {
-        let raise_all = |to: &mut [bf16], from: &[bf16]| {
-            to.iter_mut().zip(from).for_each(|(to, from)| raise(to, *from));
-        };
-        raise_all(&mut self.brightest, &other.brightest);
-        raise_all(&mut self.one_more, &other.one_more);
+        raise(&mut self.scattered, other.scattered.iter().copied());
+        raise(&mut self.one_more, other.one_more.iter().copied());
     }
 
-    /// As a file holds them: 16 bits each, those of [`brightest`](Self::brightest) first.
-    pub fn bits(&self) -> impl Iterator<Item = u16> + '_ {
-        let all = self.brightest.reinterpret_cast().iter().chain(self.one_more.reinterpret_cast());
-        all.copied()
+    /// As a file holds them, what was scattered first.
+    pub fn write(&self, bits: &mut BitWriter<'_>) {
+        self.scattered.iter().for_each(|x| bits.put((*x).into(), SCATTERED));
+        self.one_more.iter().for_each(|x| bits.put((*x).into(), ONE_MORE));
     }
 
-    /// Takes in those that a file holds, of as many pixels. False: one is no maximum of what is not below zero.
-    pub fn join_bits(&mut self, bits: &[u16]) -> bool {
-        let to = self.brightest.iter_mut().chain(&mut self.one_more);
-        to.zip(bits).all(|(to, bits)| {
-            let from = bf16::from_bits(*bits);
-            raise(to, from);
-            !from.is_nan() && !from.is_sign_negative()
-        })
+    /// Takes in those that a file holds, of as many pixels. None: it ends early, or one is no number.
+    pub fn join_written(&mut self, bits: &mut BitReader<'_>) -> Option<()> {
+        for (to, width) in [(&mut self.scattered, SCATTERED), (&mut self.one_more, ONE_MORE)] {
+            for to in to {
+                let from = u16::try_from(bits.take(width)?).ok().filter(|x| *x <= infinite(width))?;
+                *to = from.max(*to);
+            }
+        }
+        Some(())
     }
 }
 
-/// What is no number is passed over: the sums keep it.
-fn raise(to: &mut bf16, from: bf16) {
-    if from > *to {
-        *to = from;
+fn raise(to: &mut [u16], from: impl Iterator<Item = u16>) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = from.max(*to));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounded_numbers_are_on_their_side_and_near() {
+        for x in [0.0, 1e-45, 1e-38, 0.1, 1.0, 1.0001, 1.99, 7.3, 1e30, f32::MAX, f32::INFINITY] {
+            let (down, up) = (value(below(x, SCATTERED), SCATTERED), value(above(x, ONE_MORE), ONE_MORE));
+            let x = f64::from(x);
+            assert!(down <= x && up >= x, "{down} {x} {up}");
+            assert!(x < 1e-37 || x > 1e38 || (down > 0.88 * x && up < 1.26 * x), "{down} {x} {up}");
+        }
+        assert_eq!((below(f32::NAN, SCATTERED), above(-1.0, ONE_MORE)), (0, 0));
     }
 }

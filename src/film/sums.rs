@@ -19,9 +19,18 @@ pub struct PassImage {
     /// One plane of `width · height` values per accumulated layer, row-major from top left: linear RGB radiance,
     /// or a vector; [`Layer::Depth`] uses `x` only.
     pub planes: Vec<(Layer, Vec<Vec3>)>,
-    /// What one photon more than came would have added to each pixel of `Visible`; the error bar counts one more than came, so that
-    /// no place where none did is taken for certainly dark. None: no photons serve.
+    /// What the error bar and its tests know beside the planes.
+    pub asides: Asides,
+}
+
+/// What a pass knows of each pixel of `Visible` beside its light.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asides {
+    /// What one photon more than came would have added; the error bar counts one more than came, so that no place where none did is
+    /// taken for certainly dark. None: no photons serve.
     pub one_more: Option<Vec<f32>>,
+    /// The brightness (length of R, G, B) of what did not come straight from a luminaire. None: all is taken for that.
+    pub scattered: Option<Vec<f32>>,
 }
 
 /// The sums of all passes so far. Every pass counts alike; passes are independent and identically distributed
@@ -171,10 +180,13 @@ impl Film {
             assert_eq!(plane.len(), pixels, "a {layer} plane of another size");
             add_plane(rows, plane, width);
             if *layer == Layer::Visible {
-                let rows = self.sums.squares.par_iter_mut().zip(&mut self.sums.peaks);
-                let rows = rows.zip(plane.par_chunks(width));
-                let totals: Vec<DVec3> =
-                    rows.map(|((row, peaks), plane)| add_squares(row, peaks, plane)).collect();
+                let rows = self.sums.squares.par_iter_mut().zip(plane.par_chunks(width));
+                let totals: Vec<DVec3> = rows.map(|(row, plane)| add_squares(row, plane)).collect();
+                if image.asides.scattered.is_none() {
+                    let lengths: Vec<f32> = plane.iter().map(|x| x.as_dvec3().length() as f32).collect();
+                    let rows = self.sums.peaks.iter_mut().zip(lengths.chunks(width));
+                    rows.for_each(|(peaks, lengths)| peaks.meet_scattered(lengths));
+                }
                 let colour = totals.iter().sum::<DVec3>() / (pixels.max(1) as f64);
                 for (channel, x) in colour.to_array().into_iter().enumerate() {
                     self.sums.colour[0].add_average(channel, x, false);
@@ -185,9 +197,11 @@ impl Film {
         if let Some((_, plane)) = plane_of(Layer::Bias) {
             add_plane(&mut self.sums.bias[half(pass)], plane, width);
         }
-        if let Some(one_more) = &image.one_more {
-            let rows = self.sums.peaks.iter_mut().zip(one_more.chunks(width));
-            rows.for_each(|(peaks, one_more)| peaks.meet_one_more(one_more));
+        let Asides { one_more, scattered } = &image.asides;
+        for (y, peaks) in self.sums.peaks.iter_mut().enumerate() {
+            let row = y * width..(y + 1) * width;
+            one_more.iter().for_each(|one_more| peaks.meet_one_more(&one_more[row.clone()]));
+            scattered.iter().for_each(|scattered| peaks.meet_scattered(&scattered[row.clone()]));
         }
     }
 
@@ -336,14 +350,13 @@ fn pixels(rows: impl ParallelIterator<Item = Vec<f64>>, each: impl Fn(f64) -> f6
     rows.flat_map_iter(|row| row.chunks_exact(3).map(pixel).collect::<Vec<_>>()).collect()
 }
 
-/// Adds the squares of a row, meets its peaks, and returns the sum of it.
-fn add_squares(row: &mut Row<i128>, peaks: &mut Peaks, plane: &[Vec3]) -> DVec3 {
+/// Adds the squares of a row and returns the sum of it.
+fn add_squares(row: &mut Row<i128>, plane: &[Vec3]) -> DVec3 {
     let mut total = DVec3::ZERO;
     for (pixel, value) in plane.iter().enumerate() {
         for (channel, x) in value.to_array().into_iter().enumerate() {
             row.add_square_of_f32(3 * pixel + channel, x);
         }
-        peaks.meet(pixel, value.as_dvec3().length() as f32);
         total += value.as_dvec3();
     }
     total

@@ -26,7 +26,7 @@ impl Noise {
 fn pass(width: u32, height: u32, layers: &[Layer], mut value: impl FnMut() -> Vec3) -> PassImage {
     let pixels = (width * height) as usize;
     let planes = layers.iter().map(|&layer| (layer, (0..pixels).map(|_| value()).collect())).collect();
-    PassImage { width, height, planes, one_more: None }
+    PassImage { width, height, planes, asides: Asides::default() }
 }
 
 fn noisy_film(width: u32, height: u32, layers: &[Layer], passes: u32) -> Film {
@@ -151,7 +151,7 @@ fn a_pixel_that_is_not_a_number_stays_one() {
             width: 2,
             height: 1,
             planes: vec![(Layer::Visible, vec![Vec3::splat(value), Vec3::ONE])],
-            one_more: None,
+            asides: Asides::default(),
         });
     }
     assert!(film.mean(Layer::Visible)[0].is_nan() && film.standard_error()[0].is_nan());
@@ -362,7 +362,7 @@ fn one_photon_more_than_came_is_counted() {
             width: 2,
             height: 1,
             planes: vec![(Layer::Visible, vec![Vec3::ZERO, Vec3::splat(value)])],
-            one_more: Some(vec![one_more, one_more]),
+            asides: Asides { one_more: Some(vec![one_more, one_more]), scattered: None },
         });
     }
     let error = film.standard_error();

@@ -2,7 +2,8 @@
 //!
 //! A spread over passes says nothing of a rare bright path before it has come a few times. After the statistical checks of MCNP (X-5
 //! Monte Carlo Team, MCNP5 vol. I, 2003, §2.VI: the variance of the variance, and what would be if the largest score came once more),
-//! here over the pixels of a picture, of which each keeps its brightest pass.
+//! here over the pixels of a picture, of which each keeps its brightest pass. Lamps that are looked at, whose edges a pixel may show in one
+//! pass of many, are left aside: there is nothing hidden about them.
 
 use super::exact::spread;
 use super::sums::{DARK, Film};
@@ -109,8 +110,7 @@ impl Film {
         });
         let deviations: f64 = channels.iter().map(|(_, spread)| spread).sum();
         let mean = channels.iter().map(|(mean, _)| mean * mean).sum::<f64>().sqrt();
-        let beyond = (self.sums.peaks[y].brightest(x) - mean).max(0.0);
-        // Rounded, the brightest may differ from a mean without spread.
+        let beyond = (self.sums.peaks[y].scattered(x) - mean).max(0.0);
         let share = if deviations > 0.0 { (beyond * beyond / deviations).min(1.0) } else { 0.0 };
         let stands_out = share > 0.5 && self.passes() >= FEWEST;
         // By so much the mean of the others is lower than that of all.
@@ -129,7 +129,7 @@ fn sum(tiles: &[Tile]) -> Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Layer, PassImage};
+    use crate::film::{Asides, Layer, PassImage};
     use crate::sampling::{Rng, Stream};
     use glam::Vec3;
 
@@ -151,7 +151,7 @@ mod tests {
                     width: SIDE,
                     height: SIDE,
                     planes: vec![(Layer::Visible, plane)],
-                    one_more: None,
+                    asides: Asides::default(),
                 },
             );
         }

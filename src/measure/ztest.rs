@@ -227,7 +227,7 @@ mod tests {
                 width: SIDE,
                 height: SIDE,
                 planes: vec![(Layer::Visible, plane)],
-                one_more: None,
+                asides: crate::film::Asides::default(),
             });
         }
         Estimate::from_film(&film).unwrap()

@@ -4,7 +4,8 @@ use crate::damage;
 use crate::small::{Small, load_bytes};
 use glam::Vec3;
 use halflight::film::{
-    Film, Header, Key, Layer, PassImage, Preview, StateFile, StateHead, read_exr, write_exr, write_state,
+    Asides, Film, Header, Key, Layer, PassImage, Preview, StateFile, StateHead, read_exr, write_exr,
+    write_state,
 };
 use proptest::prelude::*;
 use std::path::Path;
@@ -125,7 +126,7 @@ fn picture() -> Vec<u8> {
     let mut film = Film::new(5, 3, &layers);
     let planes =
         film.accumulated().map(|layer| (layer, (0..15).map(|i| Vec3::splat(i as f32)).collect())).collect();
-    film.add(&PassImage { width: 5, height: 3, planes, one_more: None });
+    film.add(&PassImage { width: 5, height: 3, planes, asides: Asides::default() });
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("picture.exr");
     write_exr(&path, &film, &Header::new()).expect("written");
@@ -160,7 +161,7 @@ fn state() -> Vec<u8> {
         let value =
             |i: u32| Vec3::new(0.1 + i as f32, 1.0 / (1 + pass + i) as f32, if i == 7 { 1e30 } else { 0.0 });
         let planes = film.accumulated().map(|layer| (layer, (0..15).map(value).collect())).collect();
-        film.add(&PassImage { width: 5, height: 3, planes, one_more: None });
+        film.add(&PassImage { width: 5, height: 3, planes, asides: Asides::default() });
     }
     let head = StateHead {
         key: Key([("scene".to_owned(), "a".to_owned())].into()),

@@ -1,7 +1,7 @@
 //! Numbers of some bits each, one after the other, from the lowest bit of the first byte up.
 
 /// Bytes that are filled bit by bit.
-pub(super) struct Writer<'a> {
+pub(in crate::film) struct Writer<'a> {
     bytes: &'a mut Vec<u8>,
     held: u64,
     count: u32,
@@ -35,7 +35,7 @@ impl<'a> Writer<'a> {
 }
 
 /// The same numbers again.
-pub(super) struct Reader<'a> {
+pub(in crate::film) struct Reader<'a> {
     bytes: &'a [u8],
     held: u64,
     count: u32,

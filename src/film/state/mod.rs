@@ -9,6 +9,7 @@ mod read;
 mod tests;
 mod write;
 
+pub(super) use bits::{Reader as BitReader, Writer as BitWriter};
 pub use head::{Key, StateHead};
 pub use read::StateFile;
 pub use write::write_state;

@@ -80,7 +80,7 @@ impl StateFile {
             sums.layers.iter_mut().try_for_each(|(_, rows)| numbers(&mut row, &mut rows[y]))?;
             numbers(&mut row, &mut sums.squares[y])?;
             sums.bias.iter_mut().try_for_each(|rows| numbers(&mut row, &mut rows[y]))?;
-            peaks(row, &mut sums.peaks[y], head.width as usize)?;
+            peaks(row, &mut sums.peaks[y])?;
         }
         match rest.read(&mut [0]) {
             Ok(0) => Ok(()),
@@ -154,12 +154,10 @@ fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()>
 const MISFIT: &str = "a row does not hold what it should";
 
 /// Takes in the maxima of a row, which end it.
-fn peaks(bytes: &[u8], row: &mut Peaks, width: usize) -> Found<()> {
-    if bytes.len() != Peaks::BYTES * width {
-        return Err(MISFIT.into());
-    }
-    let bits: Vec<u16> = bytes.chunks_exact(2).map(|two| u16::from_le_bytes([two[0], two[1]])).collect();
-    if row.join_bits(&bits) { Ok(()) } else { Err("a maximum in it is none".into()) }
+fn peaks(bytes: &[u8], row: &mut Peaks) -> Found<()> {
+    let mut bits = Reader::new(bytes);
+    row.join_written(&mut bits).ok_or(MISFIT)?;
+    ends(bits.finish().ok_or(MISFIT)?)
 }
 
 fn ends(rest: &[u8]) -> Found<()> {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::error::Error;
-use crate::film::{Film, Header, Layer, PassImage, PassSet, Preview};
+use crate::film::{Asides, Film, Header, Layer, PassImage, PassSet, Preview};
 use glam::Vec3;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ fn image(pass: u32) -> PassImage {
         let pixel = |at: usize| Vec3::from_array([0, 1, 2].map(|axis| value(pass, layer, 3 * at + axis)));
         (layer, (0..(width * height) as usize).map(pixel).collect())
     });
-    PassImage { width, height, planes: planes.into(), one_more: None }
+    PassImage { width, height, planes: planes.into(), asides: Asides::default() }
 }
 
 fn film(passes: impl IntoIterator<Item = u32>) -> Film {
@@ -152,7 +152,7 @@ fn a_state_has_no_more_than_three_times_the_bytes_of_its_picture() {
             let pixel = |at: usize| Vec3::from_array([0, 1, 2].map(|axis| channel(3 * at + axis)));
             (layer, (0..(width * height) as usize).map(pixel).collect())
         });
-        film.add_pass(pass, &PassImage { width, height, planes: planes.into(), one_more: None });
+        film.add_pass(pass, &PassImage { width, height, planes: planes.into(), asides: Asides::default() });
     }
     let path = folder.path().join("state");
     let head = StateHead { width, height, layers: film.layers().to_vec(), ..head(&film) };

@@ -58,7 +58,9 @@ fn row(sums: &Sums, y: usize) -> Vec<u8> {
     sums.layers.iter().for_each(|(_, rows)| numbers(&mut bytes, &rows[y]));
     numbers(&mut bytes, &sums.squares[y]);
     sums.bias.iter().for_each(|rows| numbers(&mut bytes, &rows[y]));
-    sums.peaks[y].bits().for_each(|peak| bytes.extend(peak.to_le_bytes()));
+    let mut bits = Writer::new(&mut bytes);
+    sums.peaks[y].write(&mut bits);
+    bits.finish();
     bytes
 }
 
