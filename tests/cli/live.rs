@@ -192,6 +192,8 @@ fn only_who_knows_the_address_is_served_and_nobody_holds_the_page() {
         "413"
     );
     // Others that say a little now and then, or nothing, are sent away, and take no thread with them.
+    // Those of the render itself are all there once a pass is done.
+    until(&address, |state| state["facts"]["passes"].as_u64() > Some(0));
     let threads = running.fact("Threads:");
     let mut slow: Vec<TcpStream> =
         (0..40).map(|_| TcpStream::connect(("127.0.0.1", port)).expect("it listens")).collect();

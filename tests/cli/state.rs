@@ -376,7 +376,7 @@ fn comparisons_that_take_too_much_memory_are_refused_before_they_begin() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = halflight(folder.path(), "compare builtin:cornell-spheres --size 65536x65536 -q -o c");
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
-    for part in ["15 runs side by side take about", "GB of memory and", "fewer seeds"] {
+    for part in ["20 runs side by side take about", "GB of memory and", "fewer seeds"] {
         assert!(said(&output).contains(part), "{}", said(&output));
     }
 }
