@@ -66,6 +66,7 @@ fn a_block_on_a_floor_and_walls_that_stand_on_it() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn sheets_and_tiles_close_above_a_floor() {
     let (mut build, grey) = room(0.0);
     build.quad(Vec3::new(-0.3, 0.004, -0.2), 0.4 * Vec3::Z, 0.4 * Vec3::X, grey);
@@ -74,6 +75,7 @@ fn sheets_and_tiles_close_above_a_floor() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn a_floor_that_is_there_twice() {
     let (mut build, grey) = room(0.0);
     build.quad(Vec3::new(-0.3, 0.0, -0.2), 0.7 * Vec3::Z, 0.6 * Vec3::X, grey);
@@ -82,6 +84,7 @@ fn a_floor_that_is_there_twice() {
 }
 
 #[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
 fn beads_and_balls_of_few_facets() {
     let (mut build, grey) = room(0.0);
     build.sphere(Vec3::new(-0.15, 0.04, 0.1), 0.04, (24, 12), false, grey);
