@@ -1,4 +1,4 @@
-//! Maxima over passes of every pixel, coarsely, which is as much as tests of an error bar need.
+//! Maxima and minima over passes of every pixel, coarsely, which is as much as tests of an error bar need.
 
 use super::state::{BitReader, BitWriter};
 
@@ -7,7 +7,7 @@ use super::state::{BitReader, BitWriter};
 pub(super) struct Peaks {
     /// Of the brightness of what was scattered, rounded down to an eighth: what stands out does so by far.
     scattered: Vec<u16>,
-    /// Of [`one_more`](super::Asides::one_more), rounded up to a quarter.
+    /// The least of [`one_more`](super::Asides::one_more), rounded up to a quarter; zero: there was none.
     one_more: Vec<u16>,
 }
 
@@ -48,7 +48,8 @@ impl Peaks {
         value(self.scattered[i], SCATTERED)
     }
 
-    /// Of a pixel, the most that one photon more would have added in any pass.
+    /// Of a pixel, the least that one photon more would have added in any pass: in that of the widest disk, where it would have come
+    /// soonest.
     pub fn one_more(&self, i: usize) -> f64 {
         value(self.one_more[i], ONE_MORE)
     }
@@ -60,13 +61,13 @@ impl Peaks {
 
     /// Takes in what one photon more would have added, pixel by pixel.
     pub fn meet_one_more(&mut self, one_more: &[f32]) {
-        raise(&mut self.one_more, one_more.iter().map(|x| above(*x, ONE_MORE)));
+        lower(&mut self.one_more, one_more.iter().map(|x| above(*x, ONE_MORE)));
     }
 
     /// Takes in those of other passes.
     pub fn join(&mut self, other: &Self) {
         raise(&mut self.scattered, other.scattered.iter().copied());
-        raise(&mut self.one_more, other.one_more.iter().copied());
+        lower(&mut self.one_more, other.one_more.iter().copied());
     }
 
     /// As a file holds them, what was scattered first.
@@ -77,18 +78,26 @@ impl Peaks {
 
     /// Takes in those that a file holds, of as many pixels. None: it ends early, or one is no number.
     pub fn join_written(&mut self, bits: &mut BitReader<'_>) -> Option<()> {
-        for (to, width) in [(&mut self.scattered, SCATTERED), (&mut self.one_more, ONE_MORE)] {
-            for to in to {
-                let from = u16::try_from(bits.take(width)?).ok().filter(|x| *x <= infinite(width))?;
-                *to = from.max(*to);
-            }
-        }
+        let mut row = |len: usize, width: u32| -> Option<Vec<u16>> {
+            let number = |_| u16::try_from(bits.take(width)?).ok().filter(|x| *x <= infinite(width));
+            (0..len).map(number).collect()
+        };
+        let len = self.scattered.len();
+        let (scattered, one_more) = (row(len, SCATTERED)?, row(len, ONE_MORE)?);
+        raise(&mut self.scattered, scattered.into_iter());
+        lower(&mut self.one_more, one_more.into_iter());
         Some(())
     }
 }
 
 fn raise(to: &mut [u16], from: impl Iterator<Item = u16>) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = from.max(*to));
+}
+
+/// Zero is none.
+fn lower(to: &mut [u16], from: impl Iterator<Item = u16>) {
+    let known = to.iter_mut().zip(from).filter(|(_, from)| *from > 0);
+    known.for_each(|(to, from)| *to = if *to == 0 { from } else { from.min(*to) });
 }
 
 #[cfg(test)]

@@ -366,7 +366,7 @@ fn one_photon_more_than_came_is_counted() {
         });
     }
     let error = film.standard_error();
-    // Nothing came to the first: one photon of three passes, as strong as any was. To the second, a variance of 1 and that.
-    assert!((error[0].x - 0.5 / 3.0).abs() < 1e-6, "{error:?}");
-    assert!((error[1].y - (1.0 + 0.25_f32 / 9.0).sqrt()).abs() < 1e-6, "{error:?}");
+    // Nothing came to the first: one photon of three passes, as strong as the weakest. To the second, a variance of 1 and that.
+    assert!((error[0].x - 0.25 / 3.0).abs() < 1e-6, "{error:?}");
+    assert!((error[1].y - (1.0 + 0.0625_f32 / 9.0).sqrt()).abs() < 1e-6, "{error:?}");
 }

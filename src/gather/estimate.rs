@@ -149,12 +149,12 @@ impl<'a, P: Power> Maps<'a, P> {
             // E(r) − E(r/2) is half of a bias that is linear in r.
             irradiance.bias += (whole + half.scaled(-1.0)).scaled(2.0);
             if *class != PathClass::Caustic {
-                irradiance.one_more += typical.scaled(disk.over_whole);
+                irradiance.one_more += typical.scaled(disk.over_circle());
             }
         }
         let (classes, power) = &self.missing;
         for class in classes.iter().filter(|class| is_read(**class, reach)) {
-            by_class[*class as usize].one_more += power.scaled(disks[0].over_whole);
+            by_class[*class as usize].one_more += power.scaled(disks[0].over_circle());
         }
         by_class
     }
@@ -330,6 +330,11 @@ impl Disk {
     /// From a radius (m) and the areas (m²) of surface within it and within half of it.
     fn new(radius: f32, [whole, half]: [f32; 2]) -> Self {
         Self { radius, over_whole: 1.0 / whole, over_half: 1.0 / half }
+    }
+
+    /// One over the area of the disk, m⁻², as if no rim cut it: the little that one leaves in some pass is no measure of others.
+    fn over_circle(&self) -> f32 {
+        1.0 / (PI * self.radius * self.radius)
     }
 }
 

@@ -45,7 +45,7 @@ fn block(build: &mut Build, [least, most]: [Vec3; 2], matter: u32) {
 }
 
 fn contact(effort: Effort) -> Vec<Check> {
-    let passes = if effort == Effort::Full { 24 } else { 8 };
+    let passes = if effort == Effort::Full { 40 } else { 20 };
     let above = |height: f32| [Vec3::new(-0.35, FLOOR + height, -0.3), Vec3::new(0.0, FLOOR + height, 0.3)];
     vec![
         seen("a block on the floor", passes, |build, matter| {
