@@ -14,9 +14,6 @@ use pyo3::types::{PyBool, PyDict, PyList};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Instant;
 
-/// The spread of so few passes is not yet a measure of error.
-const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
-
 /// Renders `scene` until the first of `passes`, `seconds` and `error` is reached (64 passes where none is given) and returns a
 /// Picture: the same, bit for bit, as `halflight render` makes with the same settings.
 ///
@@ -143,9 +140,7 @@ fn step(render: &mut Rendering, pace: &mut Pace, limits: &Limits, stop: &Stop) -
 
 impl Now {
     fn reaches(&self, limits: &Limits, begin: Instant) -> bool {
-        let error =
-            self.error.map(ErrorEstimate::total).filter(|_| self.passes >= FEWEST_PASSES_FOR_AN_ERROR);
-        let reached = |limit: f64| error.is_some_and(|error| error <= limit || !error.is_finite());
+        let reached = |limit: f64| self.error.is_some_and(|error| error.reaches(limit, self.passes));
         limits.passes.is_some_and(|limit| self.passes >= limit)
             || limits.time.is_some_and(|limit| begin.elapsed() >= limit)
             || limits.error.is_some_and(reached)
@@ -171,6 +166,7 @@ impl Now {
         record.set_item("seconds", seconds)?;
         record.set_item("noise", noise)?;
         record.set_item("bias", bias)?;
+        record.set_item("trusted", self.error.map(ErrorEstimate::is_trusted))?;
         progress.call1((record,)).map(drop)
     }
 
@@ -267,6 +263,12 @@ impl Render {
     #[getter]
     fn error(&self, py: Python<'_>) -> Option<f64> {
         self.look(py, Rendering::error).map(ErrorEstimate::total)
+    }
+
+    /// Whether the error can be trusted: False where it rests upon few bright paths, so that it may be far larger. None below two passes.
+    #[getter]
+    fn trusted(&self, py: Python<'_>) -> Option<bool> {
+        self.look(py, Rendering::error).map(ErrorEstimate::is_trusted)
     }
 
     /// What is done and what is left out, as records.

@@ -27,6 +27,7 @@ def test_each_limit_ends_a_render():
     heard = []
     hl.render(scene, size=(8, 8), photons=500, passes=3, progress=heard.append)
     assert [record["passes"] for record in heard] == [1, 2, 3]
+    assert heard[0]["trusted"] is None and heard[2]["trusted"] in (True, False)
     assert heard[0]["noise"] is None and heard[2]["noise"] > 0 and heard[2]["seconds"] > 0
     render = hl.Render(scene, size=(8, 8), photons=2000)
     render.run(error=0.2)

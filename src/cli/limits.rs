@@ -17,39 +17,23 @@ pub struct Limits {
     pub error: Option<f64>,
 }
 
-/// The spread of so few passes is not yet a measure of error.
-const FEWEST_PASSES_FOR_AN_ERROR: u32 = 8;
-
 impl Limits {
     /// Whether time or error is; passes are counted elsewhere.
     pub fn reached(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>) -> bool {
         self.time.is_some_and(|limit| elapsed >= limit)
-            || (passes >= FEWEST_PASSES_FOR_AN_ERROR
-                && self
-                    .error
-                    .zip(error)
-                    .is_some_and(|(limit, error)| is_below(error, limit) || is_lost(error)))
+            || self.error.zip(error).is_some_and(|(limit, error)| error.reaches(limit, passes))
     }
 
     /// An error to reach that never can be.
     pub fn check(&self, error: Option<ErrorEstimate>) -> Result<()> {
         match (self.error, error) {
-            (Some(limit), Some(error)) if is_lost(error) => Err(Error::Usage(format!(
+            // Once a pixel is not finite the error never is again.
+            (Some(limit), Some(error)) if !error.total().is_finite() => Err(Error::Usage(format!(
                 "--error {limit} cannot be reached: some pixels are not finite numbers, and so is the error; scale the lamps down"
             ))),
             _ => Ok(()),
         }
     }
-}
-
-/// An error that rests upon few events may be far larger than it looks.
-fn is_below(error: ErrorEstimate, limit: f64) -> bool {
-    error.total() <= limit && error.is_trusted()
-}
-
-/// Once a pixel is not finite the error never is again.
-fn is_lost(error: ErrorEstimate) -> bool {
-    !error.total().is_finite()
 }
 
 /// Which passes are rendered.
@@ -167,6 +151,7 @@ pub fn positive(text: &str) -> std::result::Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Doubt;
 
     #[test]
     fn shards_of_any_range_are_its_passes_once_each() {
@@ -186,6 +171,20 @@ mod tests {
         assert!(
             Shard { which: 9, of: u32::MAX }.schedule(u32::MAX - 1, None).next(&Default::default()).is_none()
         );
+    }
+
+    #[test]
+    fn an_error_that_rests_upon_few_paths_ends_nothing() {
+        let limits = Limits { passes: None, time: None, error: Some(0.02) };
+        let with = |noise, variance_of_variance| {
+            let doubt = Doubt { variance_of_variance, ..Doubt::default() };
+            Some(ErrorEstimate { noise, bias: Some(0.0), doubt })
+        };
+        let reached = |passes, error| limits.reached(passes, Duration::ZERO, error);
+        assert!(reached(8, with(0.01, 0.05)) && !reached(8, with(0.01, 0.5)));
+        assert!(!reached(7, with(0.01, 0.05)) && !reached(8, with(0.03, 0.05)) && !reached(8, None));
+        // It never will be a number again.
+        assert!(reached(8, with(f64::NAN, 0.5)));
     }
 
     #[test]

@@ -113,12 +113,14 @@ impl Progress {
         self.left(elapsed, self.fraction_done(passes, elapsed, error))
     }
 
-    /// How far the nearest limit has come; the error falls as the square root of time.
+    /// How far the nearest limit has come; the error falls as the square root of time. Nobody knows when one will be trusted.
     fn fraction_done(&self, passes: u32, elapsed: Duration, error: Option<ErrorEstimate>) -> f64 {
         let by_passes = self.limits.passes.map_or(0.0, |limit| f64::from(passes) / f64::from(limit));
         let by_time = self.limits.time.map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
-        let by_error =
-            self.limits.error.zip(error).map_or(0.0, |(limit, error)| (limit / error.total()).powi(2));
+        let by_error = self.limits.error.zip(error).map_or(0.0, |(limit, error)| {
+            let waits = error.total() <= limit && !error.is_trusted();
+            if waits { 0.0 } else { (limit / error.total()).powi(2) }
+        });
         by_passes.max(by_time).max(by_error).min(1.0)
     }
 

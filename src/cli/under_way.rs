@@ -330,6 +330,7 @@ impl UnderWay<'_> {
                 error: error.map(ErrorEstimate::total),
                 noise: error.map(|error| error.noise),
                 bias: error.and_then(|error| error.bias),
+                trusted: error.map(ErrorEstimate::is_trusted),
                 left: seconds(left),
                 ..std::mem::take(facts)
             };

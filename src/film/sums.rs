@@ -59,7 +59,7 @@ pub(super) struct Sums {
     /// The average colour of each pass, and its square. Pixels of one pass share photons, so this spread cannot
     /// be had from that of the pixels.
     pub colour: [Row<i128>; 2],
-    /// Maxima, which do not depend on order either.
+    /// Maxima and minima, which do not depend on order either.
     pub peaks: Vec<Peaks>,
 }
 
@@ -236,32 +236,29 @@ impl Film {
         if self.passes() < 2 {
             return vec![Vec3::INFINITY; self.width as usize * self.height as usize];
         }
-        let rows = self.variances().map(|row| row.into_iter().map(|(_, variance)| variance).collect());
+        let rows = (0..self.height as usize).into_par_iter().map(|y| {
+            (0..self.width as usize)
+                .flat_map(|x| self.channels(y, x).map(|channel| channel.variance))
+                .collect()
+        });
         pixels(rows, f64::sqrt)
     }
 
-    /// Row by row of the picture, of each channel: the mean, and the variance of it. From two passes on.
-    fn variances(&self) -> impl IndexedParallelIterator<Item = Vec<(f64, f64)>> + '_ {
+    /// Red, green and blue of a pixel. From two passes on.
+    pub(super) fn channels(&self, y: usize, x: usize) -> [Channel; 3] {
+        let (sums, squares) = (&self.sums.layers[0].1[y], &self.sums.squares[y]);
         let (scale, n) = (self.variance_scale(), f64::from(self.passes()));
-        self.sums.visible().zip(&self.sums.peaks).map(move |((sums, squares), peaks)| {
-            let each = |i: usize| {
-                let sum: Pair = sums.pair(i);
-                let one_more = peaks.one_more(i / 3) / n;
-                (sum.high / n, spread(sum, squares.pair(i), n) * scale + one_more * one_more)
-            };
-            (0..sums.len()).map(each).collect()
+        let one_more = self.sums.peaks[y].one_more(x) / n;
+        [3 * x, 3 * x + 1, 3 * x + 2].map(|i| {
+            let sum: Pair = sums.pair(i);
+            let deviations = spread(sum, squares.pair(i), n);
+            Channel { mean: sum.high / n, deviations, variance: deviations * scale + one_more * one_more }
         })
     }
 
     /// The expected root of relMSE: √(mean over pixels and channels of se²/(mean² + 0.01²)). None below two passes.
     pub fn relative_error(&self) -> Option<f64> {
-        if self.passes() < 2 {
-            return None;
-        }
-        let rows = self
-            .variances()
-            .map(|row| row.into_iter().map(|(mean, variance)| variance / (mean * mean + DARK)).sum::<f64>());
-        Some((self.mean_over_numbers(rows)).sqrt())
+        self.noise_and_doubt().map(|(noise, _)| noise)
     }
 
     /// The estimated bias on the scale of [`relative_error`](Self::relative_error): the root of the mean over pixels and
@@ -339,6 +336,15 @@ impl Film {
         let n = f64::from(self.passes());
         1.0 / (n * (n - 1.0))
     }
+}
+
+/// What `Visible` is known to be in one channel of a pixel.
+pub(super) struct Channel {
+    pub mean: f64,
+    /// Σ (x − mean)² over passes.
+    pub deviations: f64,
+    /// Of the mean, with one photon more than came.
+    pub variance: f64,
 }
 
 /// What is added to the square of a mean, so that the error of a dark pixel counts little: 0.01².

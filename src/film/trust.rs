@@ -5,8 +5,7 @@
 //! here over the pixels of a picture, of which each keeps its brightest pass. Lamps that are looked at, whose edges a pixel may show in one
 //! pass of many, are left aside: there is nothing hidden about them.
 
-use super::exact::spread;
-use super::sums::{DARK, Film};
+use super::sums::{Channel, DARK, Film};
 use rayon::prelude::*;
 
 /// How far the error of a picture rests upon few events.
@@ -50,9 +49,11 @@ impl Doubt {
 /// Sums over the pixels of a tile, or of a row of it.
 #[derive(Clone, Copy, Default)]
 struct Tile {
-    /// Squared relative noise, times passes · (passes − 1), over pixels and channels.
+    /// Squared relative noise, over pixels and channels.
+    told: f64,
+    /// The same where pixels are as bright as passes say that do not stand out, without the photon more; times passes · (passes − 1).
     error: f64,
-    /// The same, times the root of the share of it that the brightest pass brought.
+    /// That, times the root of the share of it that the brightest pass brought.
     shared: f64,
     /// Brightness.
     light: f64,
@@ -62,6 +63,7 @@ struct Tile {
 impl Tile {
     fn plus(self, other: Self) -> Self {
         Self {
+            told: self.told + other.told,
             error: self.error + other.error,
             shared: self.shared + other.shared,
             light: self.light + other.light,
@@ -73,6 +75,11 @@ impl Tile {
 impl Film {
     /// How far its error rests upon few events. None below two passes.
     pub fn doubt(&self) -> Option<Doubt> {
+        self.noise_and_doubt().map(|(_, doubt)| doubt)
+    }
+
+    /// [`relative_error`](Self::relative_error) and [`doubt`](Self::doubt), which look at the same numbers.
+    pub fn noise_and_doubt(&self) -> Option<(f64, Doubt)> {
         if self.passes() < 2 {
             return None;
         }
@@ -94,32 +101,33 @@ impl Film {
         let squared: f64 = tiles.iter().map(|tile| tile.shared * tile.shared).sum();
         let of = |part: f64, whole: f64| if part > 0.0 { part / whole } else { 0.0 };
         let numbers = 3.0 * f64::from(self.width()) * f64::from(self.height());
-        Some(Doubt {
+        let doubt = Doubt {
             noise: (whole.error * self.variance_scale() / numbers).sqrt(),
             variance_of_variance: of(squared, whole.error * whole.error),
             single: of(whole.single, whole.light),
-        })
+        };
+        Some(((whole.told / numbers).sqrt(), doubt))
     }
 
     fn pixel(&self, y: usize, x: usize) -> Tile {
-        let (sums, squares) = (&self.sums.layers[0].1[y], &self.sums.squares[y]);
         let n = f64::from(self.passes());
-        let channels = [0, 1, 2].map(|channel| {
-            let sum = sums.pair(3 * x + channel);
-            (sum.high / n, spread(sum, squares.pair(3 * x + channel), n))
-        });
-        let deviations: f64 = channels.iter().map(|(_, spread)| spread).sum();
-        let mean = channels.iter().map(|(mean, _)| mean * mean).sum::<f64>().sqrt();
+        let channels = self.channels(y, x);
+        let deviations = over(&channels, |channel| channel.deviations);
+        let mean = over(&channels, |channel| channel.mean * channel.mean).sqrt();
         let beyond = (self.sums.peaks[y].scattered(x) - mean).max(0.0);
         let share = if deviations > 0.0 { (beyond * beyond / deviations).min(1.0) } else { 0.0 };
         let stands_out = share > 0.5 && self.passes() >= FEWEST;
         // By so much the mean of the others is lower than that of all.
         let single = if stands_out { beyond / (n - 1.0) } else { 0.0 };
         let others = if single > 0.0 { (1.0 - single / mean).max(0.0) } else { 1.0 };
-        let error =
-            channels.iter().map(|(mean, spread)| spread / ((others * mean).powi(2) + DARK)).sum::<f64>();
-        Tile { error, shared: error * share.sqrt(), light: mean, single }
+        let error = over(&channels, |channel| channel.deviations / ((others * channel.mean).powi(2) + DARK));
+        let told = over(&channels, |channel| channel.variance / (channel.mean * channel.mean + DARK));
+        Tile { told, error, shared: error * share.sqrt(), light: mean, single }
     }
+}
+
+fn over(channels: &[Channel; 3], sum: impl Fn(&Channel) -> f64) -> f64 {
+    channels.iter().map(sum).sum()
 }
 
 fn sum(tiles: &[Tile]) -> Tile {

@@ -247,21 +247,20 @@ impl<P: Power> Tier<P> {
     }
 }
 
-/// Mean power of photons, each counted by its power; the same sum however many threads there are.
+/// Mean power of photons, each counted by its power, whatever the size of that; the same sum however many threads there are.
 fn typical<P: Power>(photons: &[Photon<P>]) -> P {
     const TOGETHER: usize = 4096;
-    let sums: Vec<(P, f32)> = photons
+    let power = |photon: &Photon<P>| f64::from(photon.power.total());
+    let all: Vec<f64> =
+        photons.par_chunks(TOGETHER).map(|some| some.iter().map(power).sum::<f64>()).collect();
+    let all: f64 = all.iter().sum();
+    // None of these is above one.
+    let share = |photon: &Photon<P>| photon.power.scaled((power(photon) / all) as f32);
+    let means: Vec<P> = photons
         .par_chunks(TOGETHER)
-        .map(|some| {
-            some.iter().fold((P::default(), 0.0), |(squares, sum), photon| {
-                let power = photon.power.total();
-                (squares + photon.power.scaled(power), sum + power)
-            })
-        })
+        .map(|some| some.iter().map(share).fold(P::default(), |sum, share| sum + share))
         .collect();
-    let zero = (P::default(), 0.0);
-    let (squares, sum) = sums.into_iter().fold(zero, |all, some| (all.0 + some.0, all.1 + some.1));
-    if sum > 0.0 { squares.scaled(1.0 / sum) } else { P::default() }
+    if all > 0.0 { means.into_iter().fold(P::default(), |sum, mean| sum + mean) } else { P::default() }
 }
 
 /// Classes that are shot and of which nothing came, and the power of a path at its start, in each component alike.
@@ -357,6 +356,22 @@ mod tests {
         for (part, expected) in [(1.0, 3.0), (0.875, 2.25), (0.75, 1.5), (0.5, 1.5), (0.1, 1.5), (1.3, 3.0)] {
             assert!((narrowed(r, part * whole) - expected).abs() < 1e-5, "{part}");
         }
+    }
+
+    #[test]
+    fn the_typical_power_is_that_of_the_photons_that_bring_most() {
+        use crate::light::Invisible;
+        for unit in [1e-30_f32, 1.0, 1e30] {
+            let photon = |power: f32| {
+                Photon::new(Vec3::ZERO, Vec3::Y, Invisible(Vec3::new(unit * power, 0.0, 0.0)), 1)
+            };
+            let photons: Vec<_> =
+                (0..10_000).map(|i| photon(if i % 100 == 0 { 99.0 } else { 1.0 })).collect();
+            // Half of the power comes in portions of 99, half in portions of 1.
+            let typical = typical(&photons).0 / unit;
+            assert!((typical.x / 50.0 - 1.0).abs() < 1e-4 && typical.y == 0.0, "{typical}");
+        }
+        assert_eq!(typical::<Invisible>(&[]).0, Vec3::ZERO);
     }
 
     #[test]

@@ -228,13 +228,19 @@ pub struct ErrorEstimate {
 impl ErrorEstimate {
     /// Of the passes of a film, with its bias if that is to be told. None below two, or as long as all are of one half.
     pub fn of(film: &Film, tells_bias: bool) -> Option<Self> {
-        let (noise, bias) = (film.relative_error()?, film.relative_bias()?);
-        Some(Self { noise, bias: tells_bias.then_some(bias), doubt: film.doubt()? })
+        let ((noise, doubt), bias) = (film.noise_and_doubt()?, film.relative_bias()?);
+        Some(Self { noise, bias: tells_bias.then_some(bias), doubt })
     }
 
     /// Whether the error can be trusted; where not, what is known to exist came too seldom to be judged.
     pub fn is_trusted(self) -> bool {
         self.doubt.reasons(self.total()).is_empty()
+    }
+
+    /// Whether `passes` bring an error of `limit`, that can be trusted; or one that is no number, and never will be.
+    pub fn reaches(self, limit: f64, passes: u32) -> bool {
+        let is_below = self.total() <= limit && self.is_trusted();
+        passes >= FEWEST_PASSES && (is_below || !self.total().is_finite())
     }
 
     /// What to tell whoever looks at an error that cannot be trusted. None: it can.
@@ -250,6 +256,9 @@ impl ErrorEstimate {
         self.noise.hypot(self.bias.unwrap_or(0.0))
     }
 }
+
+/// The spread of fewer passes is not yet a measure of error.
+const FEWEST_PASSES: u32 = 8;
 
 /// The fact that bias is not told.
 const BIAS: &str = "bias";

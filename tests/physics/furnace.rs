@@ -8,7 +8,8 @@ use halflight::plan::{Method, Settings};
 use halflight::render::Render;
 use halflight::scene::{Camera, Illumination, Projection, Scene};
 
-fn furnace(albedo: f32, illumination: Illumination) -> Scene {
+/// A ball seen from within whose wall glows.
+pub fn furnace(albedo: f32, illumination: Illumination) -> Scene {
     let camera =
         Camera::look_at(Vec3::new(0.2, 0.1, 0.3), Vec3::X, Vec3::Y, Projection::Perspective { yfov: 1.0 });
     let mut build = Build::new(illumination, camera);

@@ -4,9 +4,10 @@
 
 use crate::agreement::{cornell, extrapolated, film, in_blocks, left_to_the_long_run, mixed, must_be_alike};
 use crate::agreement::{settings, traced};
+use crate::furnace::furnace;
 use crate::matrices;
 use crate::moved::somewhere;
-use crate::support::{Build, diffuse, glow, look, measure, small};
+use crate::support::{Build, diffuse, look, measure, small};
 use glam::Vec3;
 use halflight::film::Layer;
 use halflight::light::Matrix;
@@ -14,7 +15,7 @@ use halflight::measure::Estimate;
 use halflight::optics::{Lobe, Mirror};
 use halflight::plan::{Direct, Method, Settings};
 use halflight::render::Render;
-use halflight::scene::{Camera, Environment, Illumination, Matter, Projection, Scene};
+use halflight::scene::{Environment, Illumination, Matter, Projection, Scene};
 
 /// Light from the nearest so many photons.
 fn nearest(count: u32, cone: f32, settings: Settings) -> Settings {
@@ -52,22 +53,12 @@ fn a_mirror_shows_the_floor_the_sky_that_it_hides() {
     measure(somewhere(&scene, 4), nearest(50, 1.0, small(16, 16, 40_000)), 400).must_be(0.5, 1e-3);
 }
 
-/// A ball seen from within whose wall glows: within any distance of a point lies as much of it as of a plane.
-fn ball(albedo: f32) -> Scene {
-    let projection = Projection::Perspective { yfov: 1.0 };
-    let camera = Camera::look_at(Vec3::new(0.2, 0.1, 0.3), Vec3::X, Vec3::Y, projection);
-    let mut build = Build::new(Illumination::GLOBAL, camera);
-    let wall = build.material("Wall", diffuse(albedo));
-    build.0.materials[wall as usize].emission = glow(1.0);
-    build.sphere(Vec3::ZERO, 1.0, (64, 32), true, wall);
-    build.flatten();
-    build.finish()
-}
-
+/// Within any distance of a point of a ball lies as much of it as of a plane.
 #[test]
 fn a_furnace_glows_as_its_albedo_says() {
     for (albedo, cone) in [(0.5, 1.0), (0.9, 1.0), (0.5, f32::INFINITY)] {
-        let measured = measure(ball(albedo), nearest(60, cone, small(24, 24, 20_000)), 40);
+        let measured =
+            measure(furnace(albedo, Illumination::GLOBAL), nearest(60, cone, small(24, 24, 20_000)), 40);
         measured.must_be(1.0 / (1.0 - f64::from(albedo)), 0.003);
     }
 }
@@ -76,7 +67,7 @@ fn a_furnace_glows_as_its_albedo_says() {
 fn both_halves_are_read_alike_where_matter_makes_them_alike() {
     let layers = [Layer::Visible, Layer::Invisible];
     let settings = nearest(60, 1.0, small(16, 16, 5_000));
-    let mut render = Render::new(ball(0.5), settings, &layers).expect("a render");
+    let mut render = Render::new(furnace(0.5, Illumination::GLOBAL), settings, &layers).expect("a render");
     (0..8).for_each(|_| render.pass());
     let [visible, invisible] = layers.map(|layer| render.film().mean(layer));
     let alike = |(a, b): (&Vec3, &Vec3)| (*a - *b).abs().max_element() < 1e-5;

@@ -131,7 +131,7 @@ fn where_no_photon_came_the_truth_is_within_the_bar() {
 
 #[test]
 fn an_error_that_rests_on_rare_bright_paths_says_so() {
-    // A lamp of a few centimetres, which paths that know nothing of it come upon once in some thousand reflections.
+    // Paths that know nothing of its lamp come upon it seldom.
     let scene = Scene::load("builtin:caustic-box").expect("built in");
     let plain = Settings { method: Method::PathPlain, samples: 1, seed: 4, ..Settings::default() };
     let error = render(&scene, plain, 16).error().expect("passes");

@@ -23,6 +23,7 @@ class Progress(TypedDict):
     seconds: float
     noise: float | None
     bias: float | None
+    trusted: bool | None
 
 class PlanRow(TypedDict):
     what: str
@@ -326,6 +327,8 @@ class Render:
     def noise(self) -> float | None: ...
     @property
     def bias(self) -> float | None: ...
+    @property
+    def trusted(self) -> bool | None: ...
     @property
     def error(self) -> float | None: ...
     @property

@@ -83,6 +83,8 @@ pub struct Facts {
     pub error: Option<f64>,
     pub noise: Option<f64>,
     pub bias: Option<f64>,
+    /// Whether the error can be trusted.
+    pub trusted: Option<bool>,
     /// Seconds to go.
     pub left: Option<f64>,
     /// False where the passes were dealt out, and others render the next ones.

@@ -32,7 +32,8 @@ function tell(next) {
   $("passes").textContent = `${facts.passes}${of}`;
   const wished = facts.all_error === null ? "" : `, to be ${percent(facts.all_error)}`;
   const parts = facts.bias ? ` (noise ${percent(facts.noise)}, bias ${percent(facts.bias)})` : "";
-  $("error").textContent = percent(facts.error) + wished + parts;
+  const doubt = facts.trusted === false ? ", not to be trusted yet" : "";
+  $("error").textContent = percent(facts.error) + wished + parts + doubt;
   $("time").textContent = time(facts.seconds) + (facts.all_seconds === null ? "" : ` of ${time(facts.all_seconds)}`);
   $("left").textContent = facts.left === null ? (waits ? "nothing" : "not known yet") : `about ${time(facts.left)}`;
   const done = waits ? 1 : facts.left === null ? 0 : facts.seconds / (facts.seconds + facts.left);

@@ -153,7 +153,7 @@ fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()>
 
 const MISFIT: &str = "a row does not hold what it should";
 
-/// Takes in the maxima of a row, which end it.
+/// Takes in the maxima and minima of a row, which end it.
 fn peaks(bytes: &[u8], row: &mut Peaks) -> Found<()> {
     let mut bits = Reader::new(bytes);
     row.join_written(&mut bits).ok_or(MISFIT)?;
