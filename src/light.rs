@@ -19,6 +19,60 @@
 use glam::Vec3;
 use std::ops::{Add, AddAssign, Mul};
 
+/// What re-radiation does to colours: what came as one leaves as the next, or as the next but one (red, green, blue, red, …). Every
+/// 3×3 matrix is a sum of three diagonal ones, each behind such a turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Turn(u8);
+
+/// Set where light was re-radiated at all: three turns by one colour lead back to the first.
+const RERADIATED: u8 = 4;
+
+impl Turn {
+    /// Colours stay what they are: matter that does not fluoresce.
+    pub const NONE: Self = Self(0);
+
+    /// Re-radiation of colour c as colour c + `by`, modulo three.
+    pub const fn by(by: u8) -> Self {
+        Self(by % 3 | RERADIATED)
+    }
+
+    /// By how many colours, 0 to 2.
+    pub const fn colours(self) -> usize {
+        (self.0 & 3) as usize
+    }
+
+    /// True for light that was re-radiated, be it in its own colour.
+    pub const fn is_reradiated(self) -> bool {
+        self.0 & RERADIATED != 0
+    }
+
+    /// One after the other.
+    #[must_use]
+    pub const fn then(self, other: Self) -> Self {
+        Self(((self.0 & 3) + (other.0 & 3)) % 3 | ((self.0 | other.0) & RERADIATED))
+    }
+
+    /// What leaves as each colour, of what came as each.
+    #[inline(always)]
+    pub fn outgoing(self, came: Vec3) -> Vec3 {
+        match self.0 & 3 {
+            0 => came,
+            1 => Vec3::new(came.z, came.x, came.y),
+            _ => Vec3::new(came.y, came.z, came.x),
+        }
+    }
+
+    /// By what each colour came of which this leaves as each.
+    #[inline(always)]
+    pub fn incoming(self, leaves: Vec3) -> Vec3 {
+        match self.0 & 3 {
+            0 => leaves,
+            1 => Vec3::new(leaves.y, leaves.z, leaves.x),
+            _ => Vec3::new(leaves.z, leaves.x, leaves.y),
+        }
+    }
+}
+
 /// Vector-valued light, paper eq. 7: an invisible half that travels and a visible half that is seen, each linear RGB.
 ///
 /// The unit is that of its context: W for a photon's power, W m⁻² sr⁻¹ for radiance, W sr⁻¹ for intensity.
@@ -128,6 +182,17 @@ impl Matrix {
         [[self.inv_inv, self.inv_vis], [self.vis_inv, self.vis_vis]]
     }
 
+    /// Entry by entry.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            inv_inv: self.inv_inv + other.inv_inv,
+            inv_vis: self.inv_vis + other.inv_vis,
+            vis_inv: self.vis_inv + other.vis_inv,
+            vis_vis: self.vis_vis + other.vis_vis,
+        }
+    }
+
     /// True when every entry is exactly zero.
     pub fn is_zero(self) -> bool {
         self == Self::ZERO
@@ -181,29 +246,42 @@ impl Mul<Matrix> for f32 {
     }
 }
 
-/// What is read from light: one RGB weight for each half. A pixel starts with [`Row::VISIBLE`], paper eq. 8.
+/// What is read from light: one weight for each half and colour of it. A pixel starts with [`Row::VISIBLE`], paper eq. 8.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Weight of the invisible half.
+    /// Weights of the invisible half, by the colours of the light that is read.
     pub invisible: Vec3,
-    /// Weight of the visible half.
+    /// Weights of the visible half.
     pub visible: Vec3,
+    /// As which colours of the pixel they are read.
+    pub turn: Turn,
 }
 
 impl Row {
     /// Reads nothing.
-    pub const ZERO: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ZERO };
+    pub const ZERO: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ZERO, turn: Turn::NONE };
     /// `[0 1]`: what a pixel of the picture shows.
-    pub const VISIBLE: Self = Self { invisible: Vec3::ZERO, visible: Vec3::ONE };
+    pub const VISIBLE: Self = Self { visible: Vec3::ONE, ..Self::ZERO };
     /// `[1 0]`: what a pixel of the `invisible` layer shows.
-    pub const INVISIBLE: Self = Self { invisible: Vec3::ONE, visible: Vec3::ZERO };
+    pub const INVISIBLE: Self = Self { invisible: Vec3::ONE, ..Self::ZERO };
 
-    /// True when all six components are exactly zero: nothing beyond can be read.
+    /// True when all six weights are exactly zero: nothing beyond can be read.
     pub fn is_zero(self) -> bool {
-        self == Self::ZERO
+        self.invisible == Vec3::ZERO && self.visible == Vec3::ZERO
     }
 
-    /// What is read of each colour, both halves together.
+    /// What this reads of light that `turn` re-radiates, as a row that reads light before that.
+    #[inline(always)]
+    #[must_use]
+    pub fn before(self, turn: Turn) -> Self {
+        Self {
+            invisible: turn.incoming(self.invisible),
+            visible: turn.incoming(self.visible),
+            turn: self.turn.then(turn),
+        }
+    }
+
+    /// What is read of each colour of light, both halves together.
     pub fn colours(self) -> Vec3 {
         self.invisible + self.visible
     }
@@ -220,6 +298,7 @@ impl Mul<Matrix> for Row {
         Self {
             invisible: self.invisible * m.inv_inv + self.visible * m.vis_inv,
             visible: self.invisible * m.inv_vis + self.visible * m.vis_vis,
+            turn: self.turn,
         }
     }
 }
@@ -228,22 +307,22 @@ impl Mul<Matrix> for Row {
 impl Mul<Vec3> for Row {
     type Output = Self;
     fn mul(self, weight: Vec3) -> Self {
-        Self { invisible: self.invisible * weight, visible: self.visible * weight }
+        Self { invisible: self.invisible * weight, visible: self.visible * weight, turn: self.turn }
     }
 }
 
 impl Mul<f32> for Row {
     type Output = Self;
     fn mul(self, weight: f32) -> Self {
-        Self { invisible: self.invisible * weight, visible: self.visible * weight }
+        Self { invisible: self.invisible * weight, visible: self.visible * weight, turn: self.turn }
     }
 }
 
-/// The reading: linear RGB.
+/// The reading: linear RGB of the pixel.
 impl Mul<Light> for Row {
     type Output = Vec3;
     fn mul(self, light: Light) -> Vec3 {
-        self.invisible * light.invisible + self.visible * light.visible
+        self.turn.outgoing(self.invisible * light.invisible + self.visible * light.visible)
     }
 }
 
@@ -258,6 +337,8 @@ pub trait Power: Copy + Default + Send + Sync + Add<Output = Self> + AddAssign {
     fn filtered(self, weight: Vec3) -> Self;
     /// Multiplied by a number.
     fn scaled(self, factor: f32) -> Self;
+    /// Re-radiated.
+    fn turned(self, turn: Turn) -> Self;
     /// The sum of all components carried: what "power" means where one number must choose.
     fn total(self) -> f32;
     /// What `row` reads from it, linear RGB.
@@ -284,6 +365,9 @@ impl Power for Light {
     }
     fn scaled(self, factor: f32) -> Self {
         factor * self
+    }
+    fn turned(self, turn: Turn) -> Self {
+        Self::new(turn.outgoing(self.invisible), turn.outgoing(self.visible))
     }
     fn total(self) -> f32 {
         self.total()
@@ -334,11 +418,14 @@ impl Power for Invisible {
     fn scaled(self, factor: f32) -> Self {
         Self(factor * self.0)
     }
+    fn turned(self, turn: Turn) -> Self {
+        Self(turn.outgoing(self.0))
+    }
     fn total(self) -> f32 {
         self.0.element_sum()
     }
     fn read(self, row: Row) -> Vec3 {
-        row.invisible * self.0
+        row.turn.outgoing(row.invisible * self.0)
     }
     fn light(self) -> Light {
         Light::new(self.0, Vec3::ZERO)

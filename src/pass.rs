@@ -122,6 +122,7 @@ fn plane<const R: usize>(gathered: &Gathered<R>, layer: Layer) -> Vec<Vec3> {
         Layer::Direct => each(|pixel| pixel.parts[0].direct),
         Layer::Caustic => each(|pixel| pixel.parts[0].caustic),
         Layer::Indirect => each(|pixel| pixel.parts[0].indirect),
+        Layer::Fluorescent => each(|pixel| pixel.parts[0].fluorescent),
         Layer::Depth => each(|pixel| Vec3::new(pixel.depth, 0.0, 0.0)),
         Layer::Normal => each(|pixel| pixel.normal),
         Layer::Albedo => each(|pixel| pixel.albedo),

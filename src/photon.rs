@@ -28,13 +28,16 @@ pub struct Photon<P> {
     pub power: P,
     /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
     pub normal: [i8; 3],
-    /// Which of the [radii of caustics](crate::plan::Frame::caustic_radii) it is gathered with; zero for other light.
-    pub level: u8,
+    /// How it is gathered: see [`level`](Self::level) and [`is_reradiated`](Self::is_reradiated).
+    pub kind: u8,
     /// Reflections since the luminaire; the last number stands for all above it.
     pub reflections: u16,
     /// Powers of the scene's s and t in `power`; the last number stands for all above it.
     pub orders: Orders,
 }
+
+/// Beside the level.
+const RERADIATED: u8 = 0x80;
 
 /// How often light was reflected (n) and went straight on (m) by matrices that follow the scene's point (s, t) of the
 /// square: its power is proportional to sⁿ tᵐ.
@@ -63,7 +66,30 @@ impl<P> Photon<P> {
     pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
         let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
         let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
-        Self { position, power, normal, level: 0, reflections, orders: Orders::default() }
+        Self { position, power, normal, kind: 0, reflections, orders: Orders::default() }
+    }
+
+    /// Gathered with one of the [radii of caustics](crate::plan::Frame::caustic_radii), below 128.
+    #[must_use]
+    pub fn at_level(self, level: u8) -> Self {
+        Self { kind: (self.kind & RERADIATED) | level, ..self }
+    }
+
+    /// Of light that was re-radiated on its way, or that was not.
+    #[must_use]
+    pub fn reradiated(self, reradiated: bool) -> Self {
+        let level = self.level();
+        Self { kind: if reradiated { RERADIATED | level } else { level }, ..self }
+    }
+
+    /// Which of the radii of caustics it is gathered with; zero for other light.
+    pub fn level(&self) -> u8 {
+        self.kind & !RERADIATED
+    }
+
+    /// True for light that some surface re-radiated on its way.
+    pub fn is_reradiated(&self) -> bool {
+        self.kind & RERADIATED != 0
     }
 
     /// The cosine between its normal and another, within about a hundredth.

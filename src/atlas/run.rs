@@ -11,8 +11,9 @@ use crate::light::{Invisible, Matrix};
 use crate::memory::Memory;
 use crate::pilot::{counted, learn_photons};
 use crate::plan::{Frame, Method, Omittable, PhotonPlan, Plan, Settings};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 use crate::shoot::shoot;
+use glam::Vec3;
 use std::ops::Range;
 
 /// An atlas being rendered. Its plan's scene stands at (1, 1).
@@ -167,7 +168,7 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
     let n = match truncated {
         Some(most) => most,
         None if cut => MOST_POWER,
-        None => (LEAST_KEPT.ln() / kappa.max(1e-9).ln()).ceil().clamp(1.0, f64::from(MOST_POWER)) as u8,
+        None => orders_kept(kappa, most_turned(&plan.scene)),
     };
     let n = super::Nodes::up_to(n).last();
     let mut frame = learn_photons(plan);
@@ -178,6 +179,31 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
     }
     let most = MostOrders { n, m: most_crossings(plan, &frame), cut };
     Ok((frame, most, frontier))
+}
+
+/// Reflections after which less than [`LEAST_KEPT`] of light is left that multiplies by `kappa` with each. Of these two may besides turn
+/// the share `turned` of one colour into another, as red, green and blue have no longer way; where it is a circle, `kappa` knows it.
+fn orders_kept(kappa: f64, turned: f64) -> u8 {
+    let kappa = kappa.max(1e-9);
+    let once = turned / kappa;
+    let left = |n: u8| {
+        let n = f64::from(n);
+        kappa.powf(n) * (1.0 + n * once + 0.5 * n * (n - 1.0) * once * once)
+    };
+    (1..MOST_POWER).find(|&n| left(n) <= LEAST_KEPT).unwrap_or(MOST_POWER)
+}
+
+/// The most that re-radiation makes of light of one colour as others, all materials looked at.
+fn most_turned(scene: &Scene) -> f64 {
+    let of = |material: &Material| {
+        let turned = material.bsdf.terms.iter().filter(|term| term.turn.colours() > 0);
+        let sent = turned.map(|term| {
+            let [[ii, iv], [vi, vv]] = term.coefficient.rows();
+            ii.max(iv).max(vi).max(vv) * term.lobe.bound()
+        });
+        f64::from(sent.sum::<Vec3>().max_element())
+    };
+    scene.materials.iter().map(of).fold(0.0, f64::max)
 }
 
 /// What making an atlas will hold in memory.

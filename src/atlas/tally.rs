@@ -70,7 +70,8 @@ impl<'a, P: Power> ByOrder<'a, P> {
             let place = places.of(orders, crossed);
             let seen = row * light;
             kept.add(column, place, seen);
-            *parts.of(here.class(PathClass::Direct)) += places.weight(place) * seen;
+            let part = places.weight(place) * seen;
+            parts.add(here.class(PathClass::Direct), part, row.turn.is_reradiated());
         };
         let connections = &plan.connections;
         connections.to_all(&plan.scene, point, &mut visit);
@@ -103,7 +104,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
             let disk = tier.disk(&disks);
             let flux = tier.find(near, [point.position, normal], disk, most, found);
             let over_whole = disk.over_whole * factor;
-            let (value, inner) = if orders == Orders::default() {
+            let (value, inner) = if orders == Orders::default() && row.turn.colours() == 0 {
                 // Most rows; light keeps its place.
                 kept.add_photons(column, photons, found, over_whole);
                 (over_whole * flux.whole.light().invisible, flux.inner.light().invisible)
@@ -112,7 +113,7 @@ impl<'a, P: Power> ByOrder<'a, P> {
                 for i in found.places() {
                     let photon = &photons.photons[*i as usize];
                     let place = places.behind(orders, photon.place());
-                    let seen = over_whole * photon.0.truncate();
+                    let seen = row.turn.outgoing(over_whole * photon.0.truncate());
                     kept.add(column, place, seen);
                     value += places.weight(place) * seen;
                 }
@@ -121,8 +122,9 @@ impl<'a, P: Power> ByOrder<'a, P> {
                 let weight = places.weight(places.of(orders, Orders::default()));
                 (value, weight * flux.inner.light().invisible)
             };
-            *pixel.parts[0].of(here.class(tier.class)) += value;
-            pixel.bias += 2.0 * (value - disk.over_half * factor * inner);
+            let reradiated = row.turn.is_reradiated() || tier.reradiated;
+            pixel.parts[0].add(here.class(tier.class), value, reradiated);
+            pixel.bias += 2.0 * (value - row.turn.outgoing(disk.over_half * factor * inner));
         }
     }
 }
@@ -155,9 +157,8 @@ impl<P: Power> Tally<1> for ByOrder<'_, P> {
         let place = self.places.of(orders, Orders::default());
         let seen = *row * radiance;
         self.kept[self.column / ABREAST].add(self.column % ABREAST, place, seen);
-        let parts = &mut pixel.parts[0];
-        *(if scattered { &mut parts.indirect } else { &mut parts.emitted }) +=
-            self.places.weight(place) * seen;
+        let part = self.places.weight(place) * seen;
+        pixel.parts[0].add_emitted(part, scattered, row.turn.is_reradiated());
     }
 
     /// In a crowd the smallest disk is read: in matter of all powers of s and t at once paths that go on would multiply.

@@ -168,7 +168,7 @@ impl<'a> Info<'a> {
                 "name": material.name, "illumination": material.resolved(),
                 "varies_by": material.pattern.as_deref().map(varies_by).unwrap_or_default(),
                 "lobes": material.lobes.iter().map(|(share, lobe)| json!({ "share": share, "lobe": lobe_in_words(lobe) })).collect::<Vec<_>>(),
-                "terms": bsdf.terms.iter().map(|term| json!({ "opaque": term.coefficient.rows(), "lobe": lobe_in_words(&term.lobe) })).collect::<Vec<_>>(),
+                "terms": bsdf.terms.iter().map(|term| json!({ "opaque": term.coefficient.rows(), "lobe": lobe_in_words(&term.lobe), "colours_later": term.turn.colours() })).collect::<Vec<_>>(),
                 "straight": bsdf.straight.rows(),
                 "emission": material.emission.map(|emission| json!({
                     "invisible": emission.radiance.invisible.to_array(),
@@ -288,9 +288,14 @@ fn matter(material: &Material) -> String {
     let bsdf = material.bsdf();
     let opaque =
         bsdf.terms.first().map_or(String::new(), |term| format!(", opaque {}", matrix(term.coefficient)));
+    let glows = material.fluorescence.map_or(String::new(), |dye| format!(", {}", dye.describe()));
     let shines = if material.emission.is_some() { ", shines" } else { "" };
     let backs = if material.backs == Backs::Unseen { ", backs unseen" } else { "" };
-    format!("{lobes}; {}{opaque}, straight {}{shines}{backs}", material.resolved(), matrix(bsdf.straight))
+    format!(
+        "{lobes}; {}{opaque}, straight {}{glows}{shines}{backs}",
+        material.resolved(),
+        matrix(bsdf.straight)
+    )
 }
 
 fn lobe_in_words(lobe: &Lobe) -> String {

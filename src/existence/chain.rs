@@ -75,7 +75,17 @@ impl Chain {
                     terms.map(|term| self.column(term.coefficient, column) * lossless(&term.lobe, channel));
                 // Lobes are not all at their most in the same place, or for light from the same direction.
                 let most = together.map_or(f64::INFINITY, |most| {
-                    self.column(material.reflects, column) * f64::from(most[channel])
+                    let reradiated = match &material.fluorescence {
+                        None => 0.0,
+                        Some(beside) => beside.most().map_or(f32::INFINITY, |most| most[channel]),
+                    };
+                    let column = self.column(material.reflects, column);
+                    // A matrix in place of this one is looked at above.
+                    if reradiated == f32::INFINITY {
+                        f64::INFINITY
+                    } else {
+                        column * f64::from(most[channel] + reradiated)
+                    }
                 });
                 sums.sum::<f64>().min(most)
             })

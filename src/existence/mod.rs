@@ -4,6 +4,7 @@
 
 mod arrivals;
 mod chain;
+mod colours;
 mod multiplication;
 
 pub use multiplication::Multiplication;

@@ -12,8 +12,9 @@
 //! that modes which luminaires hardly feed are found. What a mode below the largest leaves behind falls as (k₂/k)ⁿ. So
 //! after the inactive generations and half of the active ones, k is low by no more than that mode's share × 1 / (e n).
 
-use super::arrivals::{LOOK_AROUND, Places, channels_that_matter};
+use super::arrivals::{LOOK_AROUND, Places};
 use super::chain::Chain;
+use super::colours::{Colours, colours_that_matter};
 use crate::optics::{Term, Transport};
 use crate::rays::{Hit, Ray, Rays};
 use crate::sampling::{Rng, Stream, choose};
@@ -28,7 +29,7 @@ pub struct Multiplication {
     pub k: f64,
     /// Its standard error, from independent batches.
     pub error: f64,
-    /// That channel: 0 red, 1 green, 2 blue.
+    /// That channel: 0 red, 1 green, 2 blue. Where re-radiation couples colours in a circle: the one with most of the power.
     pub channel: usize,
     /// By material: its share of the reflected power in the active generations.
     pub shares: Vec<f64>,
@@ -65,13 +66,13 @@ pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> M
         chain,
         places: &places,
         seed,
-        channel: 0,
+        colours: Colours::ALL,
         photons: enough as u32,
         generations: longest as u32,
         doublings: 0,
     };
-    let channels = channels_that_matter(scene);
-    let cost = channels.iter().map(|&channel| Population { channel, ..first }.cost()).fold(1.0, f64::max);
+    let sets = colours_that_matter(scene);
+    let cost = sets.iter().map(|&colours| Population { colours, ..first }.cost()).fold(1.0, f64::max);
     let per_generation = f64::from(BATCHES * 2) * cost;
     let photons = (FIRST_LOOK / (longest * per_generation)).clamp(enough, most);
     let photons = photons.min((MOST / (longest * per_generation)).max(fewest));
@@ -80,15 +81,15 @@ pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> M
     let affordable = (MOST / (f64::from(photons * generations) * per_generation)).max(1.0);
     let most_doublings = MOST_DOUBLINGS.min(affordable.log2() as u32);
 
-    let look = |channel: usize, places: &Places, doublings: u32| {
+    let look = |colours: Colours, places: &Places, doublings: u32| {
         let photons = photons << (doublings / 2);
-        Population { places, channel, photons, generations, doublings, ..first }.run()
+        Population { places, colours, photons, generations, doublings, ..first }.run()
     };
-    let looks = channels.into_iter().map(|channel| {
-        let places = Population { channel, photons, ..first }.places();
-        (look(channel, &places, 0), places)
+    let looks = sets.into_iter().map(|colours| {
+        let places = Population { colours, photons, ..first }.places();
+        (look(colours, &places, 0), places, colours)
     });
-    let Some((mut best, places)) = looks.reduce(|a, b| if b.0.k > a.0.k { b } else { a }) else {
+    let Some((mut best, places, colours)) = looks.reduce(|a, b| if b.0.k > a.0.k { b } else { a }) else {
         return Multiplication::none(scene);
     };
     // The error falls as the square root of the photons and of the generations.
@@ -97,7 +98,7 @@ pub(super) fn measure(scene: &Scene, rays: &Rays, chain: &Chain, seed: u64) -> M
         // One more, since how far k is from one is not well known either.
         let doublings = (needed.log2().ceil() as u32 + 1).min(most_doublings);
         let lines = best.lines;
-        best = look(best.channel, &places, doublings);
+        best = look(colours, &places, doublings);
         best.lines += lines;
     }
     best
@@ -118,6 +119,7 @@ pub(super) struct Photon {
     pub(super) direction: Vec3,
     /// Invisible and visible half of the one channel.
     pub(super) power: [f32; 2],
+    pub(super) channel: u8,
     /// Twice the triangle that it left; one more where it left its back.
     pub(super) place: u32,
     pub(super) finite: bool,
@@ -133,7 +135,8 @@ pub(super) struct Population<'a> {
     pub(super) chain: &'a Chain,
     pub(super) places: &'a Places,
     pub(super) seed: u64,
-    pub(super) channel: usize,
+    /// Those that are followed; what becomes another is lost.
+    pub(super) colours: Colours,
     pub(super) photons: u32,
     pub(super) generations: u32,
     pub(super) doublings: u32,
@@ -143,6 +146,7 @@ pub(super) struct Population<'a> {
 struct Batch {
     k: f64,
     shares: Vec<f64>,
+    channels: [f64; 3],
     finite: f64,
     lines: u64,
 }
@@ -153,9 +157,19 @@ impl Population<'_> {
         let mut crossings = 0;
         let photons = self.emitted(LOOK_AROUND - 1, self.photons);
         let mut seen = |hits: &[Hit]| crossings += hits.len();
-        let reflected = self.next(&photons, self.chain.open(), (LOOK_AROUND - 1) << 8, &mut seen);
-        self.next(&reflected, *self.chain, (LOOK_AROUND - 1) << 8 | 1, &mut seen);
+        let reflected = self.next(&photons, self.open(), (LOOK_AROUND - 1) << 8, &mut seen);
+        self.next(&reflected, self.closed(), (LOOK_AROUND - 1) << 8 | 1, &mut seen);
         1.0 + crossings as f64 / (photons.len() + reflected.len()).max(1) as f64
+    }
+
+    /// All light matters: that which luminaires send may come to take part.
+    pub(super) fn open(&self) -> Kept {
+        Kept { chain: self.chain.open(), colours: Colours::ALL }
+    }
+
+    /// Light matters that may become itself again.
+    pub(super) fn closed(&self) -> Kept {
+        Kept { chain: *self.chain, colours: self.colours }
     }
 
     fn run(&self) -> Multiplication {
@@ -170,7 +184,10 @@ impl Population<'_> {
         Multiplication {
             k,
             error: (variance / n).sqrt(),
-            channel: self.channel,
+            channel: (0..3).fold(self.colours.first(), |best, channel| {
+                let power = |channel: usize| batches.iter().map(|batch| batch.channels[channel]).sum::<f64>();
+                if power(channel) > power(best) { channel } else { best }
+            }),
             shares,
             finite: batches.iter().map(|batch| batch.finite).sum::<f64>() / n,
             lines: batches.iter().map(|batch| batch.lines).sum(),
@@ -179,18 +196,18 @@ impl Population<'_> {
 
     fn batch(&self, batch: u32) -> Batch {
         // Measurements that were doubled share no numbers with those before.
-        let stream = (self.doublings * 3 + self.channel as u32) * BATCHES + batch;
+        let stream = (self.doublings * 3 + self.colours.first() as u32) * BATCHES + batch;
         let mut photons = self.start(stream);
         let generations = self.generations;
-        let mut found =
-            Batch { k: 0.0, shares: vec![0.0; self.scene.materials.len()], finite: 0.0, lines: 0 };
+        let shares = vec![0.0; self.scene.materials.len()];
+        let mut found = Batch { k: 0.0, shares, channels: [0.0; 3], finite: 0.0, lines: 0 };
         let mut growth = 0.0;
         let active = generations << self.doublings.div_ceil(2);
         for generation in 0..generations + active {
             found.lines += photons.len() as u64;
             let now = total(&photons);
-            let chain = if generation == 0 { self.chain.open() } else { *self.chain };
-            let reflected = self.next(&photons, chain, stream << 8 | generation, &mut |_| ());
+            let kept = if generation == 0 { self.open() } else { self.closed() };
+            let reflected = self.next(&photons, kept, stream << 8 | generation, &mut |_| ());
             let next = total(&reflected);
             if next == 0.0 {
                 return Batch { k: 0.0, ..found }; // this light is not reflected on
@@ -201,6 +218,7 @@ impl Population<'_> {
                 for photon in &reflected {
                     let power = f64::from(photon.total()) * share;
                     found.shares[self.material(photon.place / 2) as usize] += power;
+                    found.channels[usize::from(photon.channel)] += power;
                     found.finite += if photon.finite { power } else { 0.0 };
                 }
             }
@@ -220,7 +238,7 @@ impl Population<'_> {
     pub(super) fn next(
         &self,
         photons: &[Photon],
-        chain: Chain,
+        kept: Kept,
         stream: u32,
         seen: &mut impl FnMut(&[Hit]),
     ) -> Vec<Photon> {
@@ -241,12 +259,12 @@ impl Population<'_> {
                 before = hit.t;
                 let MatterAt { material, point, bsdf, .. } =
                     self.scene.matter_at(hit.triangle, hit.u, hit.v, 0.0);
-                let arriving =
-                    Arriving { power, from: -photon.direction, triangle: hit.triangle, absorption };
-                reflected.extend(self.reflect(&arriving, chain, &point, &bsdf.terms, &mut rng));
+                let (from, channel) = (-photon.direction, usize::from(photon.channel));
+                let arriving = Arriving { power, channel, from, triangle: hit.triangle, absorption };
+                reflected.extend(self.reflect(&arriving, kept, &point, &bsdf.terms, &mut rng));
                 let beyond = self.rays.absorption_towards(material, &point, photon.direction);
-                absorption = beyond.map_or(absorption, |all| all[self.channel]);
-                power = chain.crossed(bsdf.straight, power);
+                absorption = beyond.map_or(absorption, |all| all[channel]);
+                power = kept.chain.crossed(bsdf.straight, power);
                 if power == [0.0; 2] {
                     break;
                 }
@@ -259,46 +277,61 @@ impl Population<'_> {
     fn reflect(
         &self,
         arriving: &Arriving,
-        chain: Chain,
+        Kept { chain, colours }: Kept,
         point: &SurfacePoint,
         terms: &[Term],
         rng: &mut Rng,
     ) -> Option<Photon> {
-        let Arriving { power, from, triangle, absorption } = *arriving;
+        let Arriving { power, channel, from, triangle, absorption } = *arriving;
         let material = self.scene.material_of(triangle);
         let strength = |index: usize| {
             let term = &terms[index];
-            if term.lobe.responds(&point.normals, from) {
+            if term.lobe.responds(&point.normals, from) && colours.contain(channel_after(term, channel)) {
                 let [invisible, visible] = chain.reflected(term.coefficient, power);
-                (invisible + visible) * term.lobe.share(&point.normals, from)[self.channel]
+                (invisible + visible) * term.lobe.share(&point.normals, from)[channel]
             } else {
                 0.0
             }
         };
         let (index, probability) = choose(terms.len(), strength, rng.f32())?;
         let term = &terms[index];
-        let lobe = self.rays.lobe_of_colour(term.lobe, material, point, self.channel);
+        let lobe = self.rays.lobe_of_colour(term.lobe, material, point, channel);
         let sample = lobe.sample(&point.normals, from, Transport::Shooting, rng.f32x3())?;
-        let factor = sample.weight[self.channel] / probability;
+        let factor = sample.weight[channel] / probability;
+        let channel = channel_after(term, channel);
         let power = chain.crossed(term.coefficient, power).map(|half| half * factor);
         let photon = Photon {
             origin: point.origin_towards(sample.to),
             direction: sample.to,
             power,
+            channel: channel as u8,
             place: 2 * triangle + u32::from(!point.normals.is_front(sample.to)),
             finite: !term.lobe.is_delta(),
             absorption: self
                 .rays
                 .absorption_towards(material, point, sample.to)
-                .map_or(absorption, |all| all[self.channel]),
+                .map_or(absorption, |all| all[channel]),
         };
         (photon.total() > 0.0).then_some(photon)
     }
 }
 
+/// The channel that light of one has after a term.
+fn channel_after(term: &Term, channel: usize) -> usize {
+    (channel + term.turn.colours()) % 3
+}
+
+/// The light that matters.
+#[derive(Clone, Copy)]
+pub(super) struct Kept {
+    chain: Chain,
+    colours: Colours,
+}
+
 /// Light that meets a surface.
 struct Arriving {
     power: [f32; 2],
+    channel: usize,
     /// Unit, back along its way.
     from: Vec3,
     triangle: u32,

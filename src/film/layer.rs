@@ -24,6 +24,8 @@ pub enum Layer {
     Caustic,
     /// The rest: inter-reflection.
     Indirect,
+    /// The part, of whatever class, that some surface on its way re-radiated by a fluorescence of its own.
+    Fluorescent,
     /// Distance from the camera to the first surface, m, in `x`; infinity where a pass met none.
     Depth,
     /// Shading normal of the surface seen, world space.
@@ -38,7 +40,7 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer, in the order of the enum.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Visible,
         Self::Invisible,
         Self::Error,
@@ -47,6 +49,7 @@ impl Layer {
         Self::Direct,
         Self::Caustic,
         Self::Indirect,
+        Self::Fluorescent,
         Self::Depth,
         Self::Normal,
         Self::Albedo,
@@ -65,6 +68,7 @@ impl Layer {
             Self::Direct => "direct",
             Self::Caustic => "caustic",
             Self::Indirect => "indirect",
+            Self::Fluorescent => "fluorescent",
             Self::Depth => "depth",
             Self::Normal => "normal",
             Self::Albedo => "albedo",

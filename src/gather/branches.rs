@@ -69,7 +69,7 @@ pub(super) fn branches<const R: usize>(
         if read || !term.lobe.responds(&point.normals, wo) {
             return 0.0;
         }
-        rows.iter().map(|row| (*row * term.coefficient * term.lobe.share(&point.normals, wo)).total()).sum()
+        rows.iter().map(|row| (term.before(*row) * term.lobe.share(&point.normals, wo)).total()).sum()
     };
     // What the camera looks at is followed however dark it is; behind it, in proportion to what it passes on.
     let whole: f32 = if parent.delta_chain == 0 {
@@ -93,7 +93,7 @@ pub(super) fn branches<const R: usize>(
                     continue;
                 };
                 let weight = sample.weight / (survival * diffuse as f32);
-                let rows = rows.map(|row| row * term.coefficient * weight);
+                let rows = rows.map(|row| term.before(row) * weight);
                 follow(Branch { rows, sample, share: part / survival, density: None, lobe });
             }
             continue;
@@ -105,7 +105,7 @@ pub(super) fn branches<const R: usize>(
                 continue;
             };
             let weight = filter * sample.weight / survival;
-            let rows = rows.map(|row| row * term.coefficient * weight);
+            let rows = rows.map(|row| term.before(row) * weight);
             let density = sample.pdf.solid_angle();
             follow(Branch { rows, sample, share: part / survival, density, lobe });
             continue;
@@ -116,7 +116,7 @@ pub(super) fn branches<const R: usize>(
             let Some(survival) = survives(part / faintest, rng) else { continue };
             // The sample's weight is that of a branch taken by chance.
             let weight = filter * sample.weight * (probability / survival);
-            let rows = rows.map(|row| row * term.coefficient * weight);
+            let rows = rows.map(|row| term.before(row) * weight);
             follow(Branch { rows, sample, share: part / survival, density: None, lobe });
         }
     }

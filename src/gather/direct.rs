@@ -20,6 +20,7 @@ use crate::connect::Connection;
 use crate::connect::Connections;
 use crate::light::{Light, Row};
 use crate::optics::Term;
+use crate::photon::PathClass;
 use crate::plan::Plan;
 use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
@@ -48,6 +49,13 @@ pub(super) struct Open<const R: usize> {
     pub absorption: [Vec3; 2],
     /// Its connections are points of this sequence; the first is point zero.
     pub sobol: Sobol<3>,
+}
+
+impl<const R: usize> Open<R> {
+    /// What is read there is re-radiated on its way to the camera: by all rows or none.
+    fn is_reradiated(&self) -> bool {
+        self.rows[0].turn.is_reradiated()
+    }
 }
 
 /// A hit whose first connection is made.
@@ -87,11 +95,11 @@ struct Advice {
 impl<D: Density, const R: usize> Plain<'_, D, R> {
     /// Direct light at a hit by all luminaires that are summed, and the first connection to those that are chosen from.
     pub(super) fn connect(&mut self, open: Open<R>, pixel: &mut Pixel<R>) {
-        let plan = self.plan;
+        let (plan, reradiated) = (self.plan, open.is_reradiated());
         let connections = &plan.connections;
         connections.to_all(&plan.scene, &open.point, |connection| {
             for (parts, sampled) in pixel.parts.iter_mut().zip(self.look_through(&open, &connection)) {
-                parts.direct += sampled.seen;
+                parts.add(PathClass::Direct, sampled.seen, reradiated);
             }
         });
         let whole = if connections.has_closed_form() && open.term.lobe.is_lambert() {
@@ -107,7 +115,7 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
             self.open.push(Begun { open, whole, first });
         } else {
             for (parts, whole) in pixel.parts.iter_mut().zip(whole) {
-                parts.direct += whole;
+                parts.add(PathClass::Direct, whole, reradiated);
             }
         }
     }
@@ -118,7 +126,7 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
         let connections = &plan.connections;
         let mut add = |seen: [Vec3; R]| {
             for (parts, seen) in pixel.parts.iter_mut().zip(seen) {
-                parts.indirect += seen;
+                parts.add(PathClass::Indirect, seen, open.is_reradiated());
             }
         };
         connections.to_all(&plan.scene, &open.point, |connection| {
@@ -164,7 +172,8 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
                 }
             }
             for ((parts, sum), whole) in pixels[open.pixel].parts.iter_mut().zip(sums).zip(whole) {
-                parts.direct += alpha * *whole + sum / n as f32;
+                let seen = alpha * *whole + sum / n as f32;
+                parts.add(PathClass::Direct, seen, open.is_reradiated());
             }
         }
         self.sampled = sampled;

@@ -36,6 +36,8 @@ pub struct Irradiance<P> {
     /// An estimate of its bias, as noisy: 2 (E(r) − E(r/2)). Right where the bias is linear in the radius, as near
     /// rims and shadows, and 3/2 of it where it is quadratic, as where light varies smoothly.
     pub bias: P,
+    /// The part of the estimate that some surface re-radiated.
+    pub reradiated: P,
     /// What one photon more than came, of the power that most of it comes with, would add. Not of caustics, if some came anywhere: in
     /// most places there are none.
     pub one_more: P,
@@ -47,6 +49,8 @@ pub(crate) struct Tier<P> {
     pub map: PhotonMap<P>,
     /// Which of the radii.
     level: usize,
+    /// Light that some surface re-radiated: it is kept apart.
+    pub reradiated: bool,
     /// Mean power (W) of its photons, each counted by its power.
     typical: P,
 }
@@ -75,17 +79,23 @@ impl<'a, P: Power> Maps<'a, P> {
         let [direct, caustic, indirect] = photons.by_class;
         let mut caustics = [(); LEVELS].map(|()| Vec::new());
         for photon in caustic {
-            caustics[usize::from(photon.level)].push(photon);
+            caustics[usize::from(photon.level())].push(photon);
         }
         let caustics =
             caustics.into_iter().enumerate().map(|(level, photons)| (PathClass::Caustic, level, photons));
-        let tiers = [(PathClass::Direct, 0, direct), (PathClass::Indirect, 0, indirect)].into_iter();
+        let (indirect, reradiated) = match plan.scene.fluoresces() {
+            true => indirect.into_iter().partition(|photon| !photon.is_reradiated()),
+            false => (indirect, Vec::new()),
+        };
+        let tiers =
+            [(PathClass::Direct, direct), (PathClass::Indirect, indirect), (PathClass::Indirect, reradiated)];
+        let tiers = tiers.into_iter().map(|(class, photons)| (class, 0, photons));
         let tiers = tiers
             .chain(caustics)
             .filter(|(_, _, photons)| !photons.is_empty())
             .map(|(class, level, photons)| {
-                let typical = typical(&photons);
-                Tier { class, map: PhotonMap::build(photons), level, typical }
+                let (typical, reradiated) = (typical(&photons), photons[0].is_reradiated());
+                Tier { class, map: PhotonMap::build(photons), level, reradiated, typical }
             })
             .collect();
         let inter_reflection = frame.photons.as_ref().is_some_and(|photons| photons.classes.indirect);
@@ -137,7 +147,8 @@ impl<'a, P: Power> Maps<'a, P> {
         }
         let around = self.around(nearby, point, normal, footprint);
         let disks = self.disks(around, point, normal, (footprint, reach));
-        for (Tier { class, map, level, typical }, near) in self.tiers.iter().zip(&around.photons) {
+        for (tier, near) in self.tiers.iter().zip(&around.photons) {
+            let Tier { class, map, level, reradiated, typical } = tier;
             if !is_read(*class, reach) {
                 continue;
             }
@@ -146,6 +157,9 @@ impl<'a, P: Power> Maps<'a, P> {
             let (whole, half) = (flux.whole.scaled(disk.over_whole), flux.inner.scaled(disk.over_half));
             let irradiance = &mut by_class[*class as usize];
             irradiance.value += whole;
+            if *reradiated {
+                irradiance.reradiated += whole;
+            }
             // E(r) − E(r/2) is half of a bias that is linear in r.
             irradiance.bias += (whole + half.scaled(-1.0)).scaled(2.0);
             if *class != PathClass::Caustic {

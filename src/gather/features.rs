@@ -12,7 +12,7 @@ use glam::Vec3;
 /// Sums over the first surfaces with a finite lobe along each line of a camera path.
 #[derive(Clone, Copy, Debug)]
 pub struct Features {
-    /// Their reflectance as the pixel reads it: each times what mirrors, glass and holes before it let through.
+    /// Their reflectance, re-radiation aside, as the pixel reads it: each times what mirrors, glass and holes before it let through.
     pub albedo: Vec3,
     normals: Vec3,
     weight: f32,
@@ -34,11 +34,11 @@ impl Features {
         let mut weight: f32 = if bsdf.terms.is_empty() { grey(row) } else { 0.0 };
         for term in &bsdf.terms {
             let lobe = rays.lobe_at(term.lobe, point);
-            if lobe.is_delta() || !lobe.responds(&point.normals, wo) {
+            if term.turn.is_reradiated() || lobe.is_delta() || !lobe.responds(&point.normals, wo) {
                 continue;
             }
             let read = row * term.coefficient;
-            self.albedo += read.colours() * lobe.albedo();
+            self.albedo += read.turn.outgoing(read.colours() * lobe.albedo());
             // Lobes of one surface share its normal.
             weight = weight.max(grey(read));
         }

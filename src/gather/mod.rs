@@ -44,7 +44,7 @@ pub struct Pixel<const R: usize> {
     pub depth: f32,
     /// Shading normal of the first surface, towards the camera.
     pub normal: Vec3,
-    /// Reflectance of the first surface, lobes summed.
+    /// Reflectance of the first surface, lobes summed, re-radiation aside.
     pub albedo: Vec3,
     /// What is seen in mirrors and through glass.
     pub features: Features,
@@ -65,15 +65,38 @@ pub struct Parts {
     pub caustic: Vec3,
     /// Through at least one finite lobe.
     pub indirect: Vec3,
+    /// The part of all of these that some surface re-radiated.
+    pub fluorescent: Vec3,
 }
 
 impl Parts {
-    /// What light of this class brings.
-    pub(crate) fn of(&mut self, class: PathClass) -> &mut Vec3 {
+    /// Nothing is seen.
+    pub(crate) const DARK: Self = Self {
+        emitted: Vec3::ZERO,
+        direct: Vec3::ZERO,
+        caustic: Vec3::ZERO,
+        indirect: Vec3::ZERO,
+        fluorescent: Vec3::ZERO,
+    };
+
+    /// Adds what light of a class brings; `reradiated`: some surface re-radiated it.
+    pub(crate) fn add(&mut self, class: PathClass, value: Vec3, reradiated: bool) {
         match class {
-            PathClass::Direct => &mut self.direct,
-            PathClass::Caustic => &mut self.caustic,
-            PathClass::Indirect => &mut self.indirect,
+            PathClass::Direct => self.direct += value,
+            PathClass::Caustic => self.caustic += value,
+            PathClass::Indirect => self.indirect += value,
+        }
+        if reradiated {
+            self.fluorescent += value;
+        }
+    }
+
+    /// Adds a luminaire that is seen, or that lights a surface which a path was `scattered` by.
+    pub(crate) fn add_emitted(&mut self, value: Vec3, scattered: bool, reradiated: bool) {
+        if scattered {
+            self.add(PathClass::Indirect, value, reradiated);
+        } else {
+            self.emitted += value;
         }
     }
 
@@ -121,8 +144,7 @@ pub fn gather<D: Density, const R: usize>(plan: &Plan, frame: &Frame, maps: &D, 
 impl<const R: usize> Pixel<R> {
     /// Nothing is seen.
     pub(crate) const EMPTY: Self = Self {
-        parts: [Parts { emitted: Vec3::ZERO, direct: Vec3::ZERO, caustic: Vec3::ZERO, indirect: Vec3::ZERO };
-            R],
+        parts: [Parts::DARK; R],
         depth: f32::INFINITY,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,

@@ -14,6 +14,8 @@ use crate::scene::Material;
 pub(super) struct Plain<'a, D: Density, const R: usize> {
     pub plan: &'a Plan,
     pub frame: &'a Frame,
+    /// Some light is re-radiated.
+    fluoresces: bool,
     maps: &'a D,
     nearby: D::Nearby,
     /// The pixel under way, in its tile.
@@ -26,7 +28,8 @@ pub(super) struct Plain<'a, D: Density, const R: usize> {
 impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
     pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a D) -> Self {
         let (nearby, open, sampled) = (D::Nearby::default(), Vec::new(), Vec::new());
-        Self { plan, frame, maps, nearby, pixel: 0, open, sampled }
+        let fluoresces = plan.scene.fluoresces();
+        Self { plan, frame, fluoresces, maps, nearby, pixel: 0, open, sampled }
     }
 
     /// What comes now is for this pixel of the tile.
@@ -48,7 +51,7 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
 
     fn emitted(&mut self, rows: &[Row; R], (): (), radiance: Light, scattered: bool, pixel: &mut Pixel<R>) {
         for (parts, row) in pixel.parts.iter_mut().zip(rows) {
-            *(if scattered { &mut parts.indirect } else { &mut parts.emitted }) += *row * radiance;
+            parts.add_emitted(*row * radiance, scattered, row.turn.is_reradiated());
         }
     }
 
@@ -81,9 +84,12 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
         let (place, disk) = ((point, here.normal()), (here.footprint, here.reach));
         let irradiance = self.maps.irradiance(&mut self.nearby, place, disk, here.most_counted());
         for (class, irradiance) in PathClass::ALL.into_iter().zip(irradiance) {
-            let value = irradiance.value.filtered(f);
+            let (value, class) = (irradiance.value.filtered(f), here.class(class));
             for (parts, row) in pixel.parts.iter_mut().zip(rows) {
-                *parts.of(here.class(class)) += value.read(row);
+                parts.add(class, value.read(row), row.turn.is_reradiated());
+                if self.fluoresces && !row.turn.is_reradiated() {
+                    parts.fluorescent += irradiance.reradiated.filtered(f).read(row);
+                }
             }
             pixel.bias += irradiance.bias.filtered(f).read(rows[0]);
             pixel.one_more += irradiance.one_more.filtered(f).read(rows[0]).abs().max_element();

@@ -336,7 +336,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let Here { point, wo, bsdf, .. } = *here;
         let mark = T::reflected(mark, here.rows, here.material);
         for term in bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
-            let rows = here.rows.map(|row| row * term.coefficient);
+            let rows = here.rows.map(|row| term.before(row));
             let dark = rows.iter().all(|row| row.is_zero()) || term.lobe.bound() == Vec3::ZERO;
             if dark || !term.lobe.responds(&point.normals, wo) {
                 continue;
@@ -427,6 +427,7 @@ fn describe<const R: usize>(pixel: &mut Pixel<R>, hit: &Hit, point: &SurfacePoin
     pixel.albedo = bsdf
         .terms
         .iter()
+        .filter(|term| !term.turn.is_reradiated())
         .map(|term| term.coefficient.vis_inv.max(term.coefficient.vis_vis) * term.lobe.albedo())
         .sum();
 }

@@ -3,7 +3,7 @@ use super::{
     ThinDielectric, Translucent, Transport,
 };
 use super::{rough, smooth};
-use crate::light::Matrix;
+use crate::light::{Matrix, Power, Row, Turn};
 use glam::Vec3;
 
 /// A scalar lobe (RGB), everything but the straight one: the paper's f_opaque is a sum of these.
@@ -225,8 +225,29 @@ impl Lobe {
 pub struct Term {
     /// How the lobe turns each incoming half into each outgoing half.
     pub coefficient: Matrix,
-    /// Where it sends light.
+    /// Where it sends light, and how much of each colour that arrives.
     pub lobe: Lobe,
+    /// As which colours that leaves: the blocks beside the diagonal of paper eq. 17.
+    pub turn: Turn,
+}
+
+impl Term {
+    /// A term that leaves colours what they are.
+    pub fn new(coefficient: Matrix, lobe: Lobe) -> Self {
+        Self { coefficient, lobe, turn: Turn::NONE }
+    }
+
+    /// What a row that reads light which leaves by this term reads of light that arrives, but for what the lobe keeps of it.
+    #[inline(always)]
+    pub fn before(&self, row: Row) -> Row {
+        row.before(self.turn) * self.coefficient
+    }
+
+    /// What leaves of power that arrives, of which the lobe keeps `weight`.
+    #[inline(always)]
+    pub fn after<P: Power>(&self, power: P, weight: Vec3) -> P {
+        power.through(self.coefficient).filtered(weight).turned(self.turn)
+    }
 }
 
 /// A matrix BSDF `F = C_straight f_transp + Σ C_k f_k` (paper eq. 14, 19, 21, 23 are its corners).

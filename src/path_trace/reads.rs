@@ -1,4 +1,5 @@
 use crate::light::{Light, Matrix, Row};
+use crate::optics::Term;
 use glam::Vec3;
 
 /// N rows that are carried along one geometric path; whatever is chosen at random is chosen for all of them at once.
@@ -23,6 +24,11 @@ impl<const N: usize> Reads<N> {
     /// Light meets `matrix` before it meets what the rows have gone through so far.
     pub fn through(self, matrix: Matrix) -> Self {
         Self(self.0.map(|row| row * matrix))
+    }
+
+    /// Light meets a term before, but for the lobe's own filter.
+    pub fn before(self, term: &Term) -> Self {
+        Self(self.0.map(|row| term.before(row)))
     }
 
     /// Filtered by a scalar lobe.

@@ -179,7 +179,7 @@ impl<'a> Walk<'a> {
             }
             before = hit.t;
             let scatters = line.reflections < self.max_reflections
-                && material.bsdf.terms.iter().any(|term| !reads.through(term.coefficient).is_zero());
+                && material.bsdf.terms.iter().any(|term| !reads.before(term).is_zero());
             let absorbs = self.rays.absorb() && material.is_solid();
             let mut straight = material.bsdf.straight;
             if scatters || absorbs || material.emission.is_some() || material.has_holes() {
@@ -306,7 +306,7 @@ impl<'a> Walk<'a> {
         for term in &encounter.bsdf.terms {
             let lobe = self.rays.lobe_at(term.lobe, &encounter.at);
             let value = lobe.eval(normals, from, to) * cos;
-            let reads = reads.through(term.coefficient).filtered(value);
+            let reads = reads.before(term).filtered(value);
             if reads.is_zero() {
                 continue;
             }
@@ -335,10 +335,7 @@ impl<const N: usize> Encounter<'_, N> {
     /// A bound of how much a branch by `term` would read.
     fn share(&self, term: &Term) -> f32 {
         if term.lobe.responds(&self.at.normals, self.from) {
-            self.reads
-                .through(term.coefficient)
-                .filtered(term.lobe.share(&self.at.normals, self.from))
-                .total()
+            self.reads.before(term).filtered(term.lobe.share(&self.at.normals, self.from)).total()
         } else {
             0.0
         }
@@ -384,7 +381,7 @@ impl<const N: usize> Encounter<'_, N> {
             _ => numbers.next(),
         };
         let sample = term.lobe.sample(normals, self.from, Transport::Gathering, u)?;
-        let reads = reads.through(term.coefficient).filtered(sample.weight);
+        let reads = reads.before(term).filtered(sample.weight);
         Some(Line {
             origin: self.at.origin_towards(sample.to),
             direction: sample.to,

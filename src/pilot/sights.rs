@@ -77,7 +77,7 @@ fn tried(plan: &Plan, place: &Place<'_>, u: [f32; 3]) -> Option<Tried> {
     for term in met.bsdf.terms.iter().filter(|term| !term.lobe.is_delta()) {
         let lobe = plan.rays.lobe_at(term.lobe, point);
         let f = cos * lobe.eval(&point.normals, *wo, connection.wi);
-        let row = *row * term.coefficient;
+        let row = term.before(*row);
         sums[0] += (row * ((f * left) * (through * connection.light))).element_sum();
         sums[1] += (row * (f * connection.light)).element_sum();
     }

@@ -1,6 +1,6 @@
 //! Sets of the six components of light (two halves, three colours), and what matter makes of them.
 
-use crate::light::{Light, Matrix};
+use crate::light::{Light, Matrix, Turn};
 use glam::Vec3;
 
 /// A set of components: the invisible red, green and blue, then the visible ones.
@@ -51,6 +51,19 @@ impl Components {
         self.and(Self::VISIBLE).any()
     }
 
+    /// What re-radiation makes of these.
+    pub fn turned(self, turn: Turn) -> Self {
+        (0..turn.colours()).fold(self, |set, _| {
+            let next = |half: u8| (half << 1 | half >> 2) & COLOURS;
+            Self::halves(next(set.0 & COLOURS), next(set.0 >> 3))
+        })
+    }
+
+    /// What re-radiation makes these of.
+    pub fn turned_back(self, turn: Turn) -> Self {
+        self.turned(turn).turned(turn)
+    }
+
     /// The incoming components that `matrix`, times a lobe of this colour, turns into one of these outgoing ones.
     pub fn before(self, matrix: Matrix, lobe: Vec3) -> Self {
         let [[ii, iv], [vi, vv]] = matrix.rows();
@@ -94,6 +107,16 @@ fn through(entry: f32, colours: u8) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sets_turn_as_light_does() {
+        for (set, turn) in (0..64).map(Components).flat_map(|set| (0..3).map(move |by| (set, Turn::by(by)))) {
+            let light = set.of_light(Light::both(Vec3::ONE));
+            let became = Light::new(turn.outgoing(light.invisible), turn.outgoing(light.visible));
+            assert_eq!(set.turned(turn), Components::of(became));
+            assert_eq!(set.turned(turn).turned_back(turn), set);
+        }
+    }
 
     #[test]
     fn sets_follow_the_numbers() {

@@ -96,6 +96,11 @@ impl Flow {
 
     /// True when anything of use comes of this term, on the way from the luminaires or on that from the camera.
     pub fn uses(&self, term: &Term) -> bool {
+        if term.turn.is_reradiated() {
+            // Unlike what is reflected this is in no layer but those of light.
+            let read = before(self.seen.or(self.useful), term);
+            return read.and(self.present_at_all()).any();
+        }
         before(self.seen_at_once, term).any() || after(self.present_at_all(), term).and(self.useful).any()
     }
 }
@@ -112,11 +117,11 @@ pub(super) fn passes(bsdf: &Bsdf, set: Components) -> bool {
 }
 
 fn before(set: Components, term: &Term) -> Components {
-    set.before(term.coefficient, term.lobe.bound())
+    set.turned_back(term.turn).before(term.coefficient, term.lobe.bound())
 }
 
 fn after(set: Components, term: &Term) -> Components {
-    set.after(term.coefficient, term.lobe.bound())
+    set.after(term.coefficient, term.lobe.bound()).turned(term.turn)
 }
 
 fn union(sets: impl Iterator<Item = Components>) -> Components {

@@ -26,6 +26,8 @@ pub enum Omittable {
     Media,
     /// Lobes that reflect nothing that is read.
     Lobes,
+    /// Re-radiation of light that nothing brings, or as light that nothing reads.
+    Fluorescence,
     /// Textures that nothing which is read depends on.
     Textures,
     /// Light of luminaires that nothing reads.
@@ -52,13 +54,14 @@ pub enum Omittable {
 
 impl Omittable {
     /// All of them, in the order in which plans look at them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Materials,
         Self::Matter,
         Self::Normals,
         Self::Media,
         Self::Existence,
         Self::Lobes,
+        Self::Fluorescence,
         Self::Textures,
         Self::Luminaires,
         Self::AllHits,
@@ -81,6 +84,7 @@ impl Omittable {
             Self::Normals => "normals",
             Self::Media => "media",
             Self::Lobes => "lobes",
+            Self::Fluorescence => "fluorescence",
             Self::Textures => "textures",
             Self::Luminaires => "luminaires",
             Self::Visibility => "visibility",

@@ -86,24 +86,7 @@ pub(super) fn drop_unread(
     settings: &Settings,
     omissions: &mut Vec<Omission>,
 ) {
-    if !settings.keeps(Omittable::Lobes) {
-        let mut dark = Vec::new();
-        for material in &mut scene.materials {
-            let before = material.bsdf.terms.len();
-            // Those of a pattern stand and fall together.
-            let whole = material.pattern.is_some() && material.bsdf.terms.iter().any(|term| flow.uses(term));
-            material.bsdf.terms.retain(|term| whole || flow.uses(term));
-            if material.bsdf.terms.len() < before {
-                dark.push(material.name.as_str());
-            }
-        }
-        if !dark.is_empty() {
-            omissions.push(
-                Omittable::Lobes
-                    .because(format!("nothing that {} reflects is read", crate::scene::names::listed(dark))),
-            );
-        }
-    }
+    omissions.extend(drop_terms(scene, flow, settings));
     if !settings.keeps(Omittable::Textures) {
         omissions.extend(drop_textures(scene));
     }
@@ -112,6 +95,36 @@ pub(super) fn drop_unread(
         let read = if photons { flow.linked.or(flow.useful) } else { flow.linked };
         omissions.extend(drop_light(scene, read));
     }
+}
+
+/// Terms of which nothing that is read comes.
+fn drop_terms(scene: &mut Scene, flow: &Flow, settings: &Settings) -> Vec<Omission> {
+    let kinds = [
+        (Omittable::Lobes, "nothing that", "reflects is read"),
+        (Omittable::Fluorescence, "no light comes that", "would re-radiate, or nothing reads it then"),
+    ];
+    let mut omissions = Vec::new();
+    for (kind, what, does) in kinds.into_iter().filter(|(kind, ..)| !settings.keeps(*kind)) {
+        let mut dark = Vec::new();
+        for material in &mut scene.materials {
+            let terms = &mut material.bsdf.terms;
+            // Those of a pattern stand and fall together.
+            if material.pattern.is_some() && terms.iter().any(|term| flow.uses(term)) {
+                continue;
+            }
+            let before = terms.len();
+            let is_other = |term: &Term| term.turn.is_reradiated() != (kind == Omittable::Fluorescence);
+            terms.retain(|term| is_other(term) || flow.uses(term));
+            if terms.len() < before {
+                dark.push(material.name.as_str());
+            }
+        }
+        if !dark.is_empty() {
+            let names = crate::scene::names::listed(dark);
+            omissions.push(kind.because(format!("{what} {names} {does}")));
+        }
+    }
+    omissions
 }
 
 /// Images that nothing depends on which is read, and what of the mesh lays out such images alone.

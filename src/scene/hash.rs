@@ -137,6 +137,17 @@ impl Fields for Affine2 {
     }
 }
 
+/// That of a term that leaves colours what they are is what it was before others did not.
+impl Fields for Term {
+    fn feed(&self, fnv: &mut Fnv) {
+        let Self { coefficient, lobe, turn } = self;
+        (coefficient, lobe).feed(fnv);
+        if turn.is_reradiated() {
+            (MORE, turn.colours() as u32).feed(fnv);
+        }
+    }
+}
+
 impl Fields for Matrix {
     fn feed(&self, fnv: &mut Fnv) {
         self.rows().feed(fnv);
@@ -171,7 +182,6 @@ fields! {
     Emission { radiance, two_sided }
     Follows { s, t }
     Bsdf { straight, terms }
-    Term { coefficient, lobe }
     Glossy { f0, f90, alpha, tangent, two_sided, film, under }
     Film { ior, thickness, factor }
     Clear { f0, f90, alpha }
@@ -255,6 +265,7 @@ impl Fields for Material {
             illumination: _,
             opaque: _,
             straight: _,
+            fluorescence: _,
             emission,
             backs,
             absorption,

@@ -1,4 +1,4 @@
-use super::{Emission, Illumination, Inputs, Matter, Pbr};
+use super::{Emission, Fluorescence, Illumination, Inputs, Matter, Pbr};
 use crate::light::Matrix;
 use crate::optics::{Bsdf, Dielectric, Diffuse, Lobe, Mirror, Term};
 use glam::Vec3;
@@ -21,6 +21,8 @@ pub struct Material {
     pub opaque: Option<Matrix>,
     /// The material's own matrix of the straight term (extras), over what `illumination` says.
     pub straight: Option<Matrix>,
+    /// What its diffuse lobes re-radiate in other colours. None: nothing, as a rule.
+    pub fluorescence: Option<Fluorescence>,
     /// What it radiates, if it is a luminaire.
     pub emission: Option<Emission>,
     /// What its backs are to rays.
@@ -78,6 +80,7 @@ impl Material {
             illumination: None,
             opaque: None,
             straight: None,
+            fluorescence: None,
             emission: None,
             backs: Backs::Seen,
             absorption: Vec3::ZERO,
@@ -176,6 +179,12 @@ impl Material {
         Self { straight: Some(matrix.into()), ..self }
     }
 
+    /// Fluorescent: its diffuse lobes re-radiate light in other colours.
+    #[must_use]
+    pub fn with_fluorescence(self, fluorescence: Fluorescence) -> Self {
+        Self { fluorescence: Some(fluorescence), ..self }
+    }
+
     /// Shining: each of its triangles becomes a luminaire.
     #[must_use]
     pub fn with_emission(mut self, emission: Emission) -> Self {
@@ -193,9 +202,9 @@ impl Material {
             // Of lobes that all came to nothing, or that nothing reads, none comes back.
             Some(pattern) if !self.bsdf.terms.is_empty() || self.has_holes() => {
                 let covered = self.covered_at(inputs);
-                let term = |(share, lobe)| Term { coefficient: (covered * share) * self.reflects, lobe };
                 let read = !self.bsdf.terms.is_empty() && covered > 0.0;
-                let terms = if read { pattern.lobes(inputs).map(term).collect() } else { Vec::new() };
+                let lobes = pattern.lobes(inputs);
+                let terms = if read { self.terms_of(lobes, covered, self.reflects) } else { Vec::new() };
                 Cow::Owned(Bsdf { straight: partly(self.straight_there, covered), terms })
             }
             _ => Cow::Borrowed(&self.bsdf),
@@ -265,6 +274,9 @@ impl Material {
             self.follows.s = (theirs.is_none() && !own(self.opaque)).then_some(s);
             self.follows.t = ((theirs.is_none() || whitted) && !own(self.straight)).then_some(t);
         }
+        if self.fluorescence.is_some_and(|own| own.replaces()) {
+            self.follows.s = None; // it has a matrix of its own, whatever the scene's is
+        }
         self.reflects = matter.opaque;
         self.straight_there = matter.straight;
         self.bsdf = self.assemble(matter);
@@ -295,11 +307,28 @@ impl Material {
     }
 
     fn terms(&self, opaque: Matrix) -> Vec<Term> {
-        self.lobes
-            .iter()
-            .map(|&(share, lobe)| Term { coefficient: (self.covered * share) * opaque, lobe })
-            .filter(|term| !term.coefficient.is_zero())
-            .collect()
+        self.terms_of(self.lobes.iter().copied(), self.covered, opaque)
+    }
+
+    /// What lobes do of which the share `covered` is there.
+    fn terms_of(&self, lobes: impl Iterator<Item = (f32, Lobe)>, covered: f32, opaque: Matrix) -> Vec<Term> {
+        let Some(fluorescence) = &self.fluorescence else {
+            let term = |(share, lobe)| Term::new((covered * share) * opaque, lobe);
+            return lobes.map(term).filter(|term| !term.coefficient.is_zero()).collect();
+        };
+        let mut terms = Vec::new();
+        for (share, lobe) in lobes {
+            let share = covered * share;
+            let diffuse = lobe.as_diffuse();
+            if diffuse.is_none() || !fluorescence.replaces() {
+                terms.push(Term::new(share * opaque, lobe));
+            }
+            if let Some(diffuse) = diffuse {
+                fluorescence.add_terms(&mut terms, share, diffuse, opaque);
+            }
+        }
+        terms.retain(|term| !term.coefficient.is_zero());
+        terms
     }
 }
 

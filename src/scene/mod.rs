@@ -41,6 +41,7 @@ mod camera;
 mod centre;
 mod check;
 pub mod environment;
+mod fluorescence;
 mod gltf;
 mod hash;
 #[cfg(test)]
@@ -61,6 +62,7 @@ mod uneven;
 pub use build::SceneBuilder;
 pub use camera::{Camera, Lens, Projection, View};
 pub use environment::{Background, Environment, Surroundings};
+pub use fluorescence::Fluorescence;
 pub(crate) use hash::Fnv;
 pub use illumination::{Illumination, Matter};
 pub use luminaire::{Emission, Luminaire, SpotCone, versine_between, warn_falloff};
@@ -344,6 +346,12 @@ impl Scene {
     /// or changed by mistake, not by malice.
     pub fn hash(&self) -> u64 {
         hash::hash(self)
+    }
+
+    /// True where some matter re-radiates light in other colours.
+    pub fn fluoresces(&self) -> bool {
+        let mut terms = self.materials.iter().flat_map(|material| &material.bsdf.terms);
+        terms.any(|term| term.turn.is_reradiated())
     }
 
     /// The images of all textures, each once.

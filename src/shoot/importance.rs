@@ -91,7 +91,7 @@ fn scattered(
     let strength = |i: usize| match bsdf.terms.get(i) {
         None => straight.total(),
         Some(term) if takes(&term.lobe) && term.lobe.responds(&point.normals, wo) => {
-            (line.row * term.coefficient * term.lobe.share(&point.normals, wo)).total()
+            (term.before(line.row) * term.lobe.share(&point.normals, wo)).total()
         }
         Some(_) => 0.0,
     };
@@ -105,7 +105,7 @@ fn scattered(
     let line = Line {
         origin: point.origin_towards(sample.to),
         direction: sample.to,
-        row: line.row * term.coefficient * (sample.weight / probability),
+        row: term.before(line.row) * (sample.weight / probability),
         scattered: line.scattered,
     };
     Some((line, Some(lobe)))
@@ -233,9 +233,9 @@ impl Eye<'_> {
         else {
             return;
         };
-        let read = |Term { coefficient, lobe }: &Term| match lobe {
+        let read = |term: &Term| match &term.lobe {
             lobe if lobe.is_delta() => 0.0,
-            lobe => (line.row * *coefficient * self.reflected(lobe, point, wo, to)).total(),
+            lobe => (term.before(line.row) * self.reflected(lobe, point, wo, to)).total(),
         };
         let weight = irradiance * bsdf.terms.iter().map(read).sum::<f32>();
         if weight > 0.0 && self.sees(point, to, from) {

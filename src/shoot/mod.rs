@@ -95,6 +95,8 @@ struct Line<P> {
     delta_chain: u32,
     class: PathClass,
     orders: Orders,
+    /// Some surface re-radiated it.
+    reradiated: bool,
     /// Of no use once the class is [`PathClass::Indirect`].
     beam: Beam,
     /// What absorbs light where it begins, m⁻¹.
@@ -144,6 +146,7 @@ impl<'a, P: Power> Walk<'a, P> {
             delta_chain: 0,
             class: PathClass::Direct,
             orders: Orders::default(),
+            reradiated: false,
             beam,
             absorption: Vec3::ZERO,
         });
@@ -221,7 +224,8 @@ impl<'a, P: Power> Walk<'a, P> {
             }
             PathClass::Direct | PathClass::Indirect => 0,
         };
-        self.photons.by_class[line.class as usize].push(Photon { orders: line.orders, level, ..photon });
+        let photon = Photon { orders: line.orders, ..photon }.at_level(level).reradiated(line.reradiated);
+        self.photons.by_class[line.class as usize].push(photon);
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.
@@ -250,7 +254,7 @@ impl<'a, P: Power> Walk<'a, P> {
             return 0.0;
         };
         // paper eq. 21: the matrix acts on the light that arrives
-        let child = power.through(term.coefficient).filtered(filter * weight).scaled(1.0 / probability);
+        let child = term.after(power, filter * weight).scaled(1.0 / probability);
         let narrow = lobe.is_narrow();
         let delta_chain = if lobe.is_delta() { line.delta_chain + 1 } else { 0 };
         let forced = endurance(delta_chain, CERTAIN_DELTA_CHAIN);
@@ -297,6 +301,7 @@ impl<'a, P: Power> Walk<'a, P> {
             delta_chain,
             class,
             orders,
+            reradiated: line.reradiated || term.turn.is_reradiated(),
             beam,
             absorption: self.plan.rays.absorption_towards(material, point, to).unwrap_or(line.absorption),
         });

@@ -45,7 +45,7 @@ fn radii_are_for_the_photons_that_chance_leaves() {
         let expected = (ENOUGH / (std::f32::consts::PI * density)).sqrt().ln();
         let (view, radii) = (plan.scene.camera.view(1.0), frame.caustic_radii());
         let radius = |photon: &Photon<Invisible>| {
-            radii[usize::from(photon.level)] * view.footprint_at(photon.position, 64)
+            radii[usize::from(photon.level())] * view.footprint_at(photon.position, 64)
         };
         let found = caustic().map(|photon| radius(photon).ln()).sum::<f32>() / n;
         // Levels are drawn: the mean of so many is good to about a hundredth.

@@ -4,6 +4,7 @@
 mod build;
 mod contact;
 mod counts;
+mod fluorescence;
 mod geometry;
 mod glass;
 mod lights;
@@ -187,6 +188,7 @@ pub fn cases() -> Vec<Case> {
         contact::CASES,
         counts::CASES,
         matter::CASES,
+        fluorescence::CASES,
     ];
     by_theme.concat()
 }

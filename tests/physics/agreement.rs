@@ -178,7 +178,7 @@ pub fn cornell(illumination: Illumination) -> Scene {
 }
 
 /// A lamp seen by a few pixels would be all of their noise: lamps light the scene but are not seen.
-fn hide_lamps(scene: &mut Scene) {
+pub fn hide_lamps(scene: &mut Scene) {
     for material in &mut scene.materials {
         if let Some(emission) = &mut material.emission {
             emission.radiance.visible = Vec3::ZERO;

@@ -77,4 +77,7 @@ each! {
     tiny_reflections: "tiny-reflections";
     black_and_white: "black-and-white";
     matrix_entries: "matrix-entries";
+    fluorescent_furnace: "fluorescent-furnace";
+    fluorescent_k: "fluorescent-k";
+    matrix_of_eq_17: "matrix-of-eq-17";
 }

@@ -14,6 +14,7 @@ mod emissive;
 mod environment;
 mod extremes;
 mod features;
+mod fluorescence;
 mod furnace;
 mod glass;
 mod k;

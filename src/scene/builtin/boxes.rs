@@ -1,6 +1,6 @@
 //! Scenes in a Cornell box that is open towards the camera. Half its side is 1.28 m, its walls look inward.
 
-use crate::scene::{Camera, Emission, Material, Projection, Scene, SceneBuilder, Shape};
+use crate::scene::{Camera, Emission, Fluorescence, Material, Projection, Scene, SceneBuilder, Shape};
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_4;
 
@@ -24,6 +24,33 @@ pub(super) fn cornell_spheres(name: String) -> Result<Scene, String> {
     scene.shape(Shape::sphere("BackBall", ball, [-0.55, -0.78, -0.3], 0.5, 64));
     scene.shape(Shape::sphere("FrontBall", ball, [0.55, -0.78, 0.3], 0.5, 64));
     scene.built()
+}
+
+/// Blue light alone, and three dyes: all that is red or green was re-radiated. A glass sphere throws an image of the bright ball.
+pub(super) fn fluorescent_box(name: String, glows: bool) -> Result<Scene, String> {
+    let mut scene = walls(name, 0.4, 0.0);
+    let emission = Emission::front(Vec3::new(0.2, 0.3, 60.0));
+    let dyes = [("Red", [0.05, 0.05, 0.1], [1.0, 0.25, 0.0]), ("Green", [0.1, 0.2, 0.1], [0.15, 1.0, 0.05])];
+    for material in &mut scene.materials {
+        if let Some((_, base, emits)) = dyes.iter().find(|(name, ..)| *name == material.name) {
+            *material = dyed(&material.name, *base, *emits, glows);
+        }
+        if material.name == "Lamp" {
+            material.emission = Some(emission);
+        }
+    }
+    let ball = scene.material(dyed("Ball", [0.1, 0.1, 0.1], [0.45, 1.0, 0.0], glows));
+    let glass = scene.material(Material::glass("Glass", 1.5));
+    scene.shape(Shape::sphere("Ball", ball, [-0.35, 0.75, 0.0], 0.22, 64));
+    scene.shape(Shape::sphere("GlassSphere", glass, [0.3, -0.3, 0.35], 0.4, 128));
+    scene.built()
+}
+
+/// Matter that re-radiates nine tenths of the blue light that it absorbs.
+fn dyed(name: &str, base: [f32; 3], emits: [f32; 3], glows: bool) -> Material {
+    let plain = Material::diffuse(name, base.into());
+    let dye = Fluorescence::dye([0.0, 0.0, 1.0 - base[2]], emits, 0.9);
+    if glows { plain.with_fluorescence(dye) } else { plain }
 }
 
 /// Floor, ceiling, back, red and green walls, and a lamp of the given side and radiance just below the ceiling, seen from the front.

@@ -10,6 +10,11 @@ use std::str::FromStr;
 
 pub(super) const LIST: &[(&str, &str)] = &[
     ("caustic-box", "a glass and a mirror sphere in a box, with a caustic on the floor"),
+    (
+        "fluorescent-box",
+        "a box under blue light, walls and a ball that glow by it, and a glass ball that throws a caustic of the glow; \
+         ?fluorescence=false",
+    ),
     ("cornell-spheres", "two diffuse spheres in a box: the paper's figure 1"),
     ("two-spheres", "500,000 triangles under a luminaire that is not seen: the paper's figure 4"),
     (
@@ -29,6 +34,10 @@ fn build(name: &str, full: String) -> Result<Scene, String> {
     let mut query = Query::parse(query)?;
     let scene = match kind {
         "caustic-box" => boxes::caustic_box(full),
+        "fluorescent-box" => {
+            let glows = query.take("fluorescence", true, |_| true, "true or false")?;
+            boxes::fluorescent_box(full, glows)
+        }
         "cornell-spheres" => boxes::cornell_spheres(full),
         "two-spheres" => spheres::two_spheres(full),
         "concentric" => spheres::concentric(

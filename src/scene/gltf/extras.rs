@@ -5,7 +5,7 @@ use super::notes::Notes;
 use crate::light::{Light, Matrix};
 use crate::scene::environment::Source;
 use crate::scene::illumination::{matrix_from, square_from};
-use crate::scene::{Background, Backs, Illumination, Lens, Projection, Surroundings};
+use crate::scene::{Background, Backs, Fluorescence, Illumination, Lens, Projection, Surroundings};
 use glam::Vec3;
 use serde_json::{Map, Value};
 
@@ -25,6 +25,7 @@ pub(super) enum Place {
 const ILLUMINATION: &str = "illumination";
 const OPAQUE: &str = "opaque";
 const STRAIGHT: &str = "straight";
+const FLUORESCENCE: &str = "fluorescence";
 pub(super) const EMISSION: &str = "emission";
 const THIN: &str = "thin";
 const WARN: &str = "warn";
@@ -47,6 +48,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (ILLUMINATION, &[Place::Scene, Place::Material], "materials and scenes"),
     (OPAQUE, &[Place::Material], "materials"),
     (STRAIGHT, &[Place::Material], "materials"),
+    (FLUORESCENCE, &[Place::Material], "materials"),
     (EMISSION, &[Place::Material, Place::Light, Place::Empty], "materials and lights"),
     (THIN, &[Place::Material], "materials"),
     (WARN, &[Place::Light], "lights"),
@@ -132,6 +134,13 @@ impl Extras {
     fn matrix(&self, key: &str) -> Result<Option<Matrix>, Reason> {
         let allowed = "four numbers ≥ 0, row by row: [inv←inv, inv←vis, vis←inv, vis←vis]";
         self.read(key, allowed, |value| numbers(value).and_then(|m| matrix_from(m).ok()))
+    }
+
+    /// `fluorescence`: a matrix of colours, a dye, or the matrix of paper eq. 17.
+    pub fn fluorescence(&self) -> Result<Option<Fluorescence>, Reason> {
+        let allowed = "three rows (outgoing red, green, blue) of three numbers ≥ 0, {\"absorbs\": [r, g, b], \"emits\": [r, g, b], \
+                       \"yield\": y}, or {\"matrix\": …} with 3×3 or 6×6 numbers; \"gain\": true beside these";
+        self.read(FLUORESCENCE, allowed, fluorescence)
     }
 
     /// `emission`: what the two halves are multiplied by.
@@ -252,6 +261,35 @@ impl Extras {
     }
 }
 
+fn fluorescence(value: &Value) -> Option<Fluorescence> {
+    let Value::Object(object) = value else { return rows(value).map(Fluorescence::colours) };
+    let known = ["absorbs", "emits", "yield", "matrix", "gain"];
+    if object.keys().any(|key| !known.contains(&key.as_str())) {
+        return None;
+    }
+    let gain = object.get("gain").map_or(Some(false), Value::as_bool)?;
+    let found = match (object.get("matrix"), object.get("absorbs"), object.get("emits")) {
+        (Some(matrix), None, None) if !object.contains_key("yield") => {
+            rows(matrix).map(Fluorescence::colours).or_else(|| rows(matrix).map(Fluorescence::full))?
+        }
+        (None, Some(absorbs), Some(emits)) => {
+            let (absorbs, emits): ([f32; 3], [f32; 3]) = (numbers(absorbs)?, numbers(emits)?);
+            let efficiency = object.get("yield").map_or(Some(1.0), Value::as_f64)? as f32;
+            let amounts = absorbs.iter().chain(&emits).chain([&efficiency]).all(|x| *x >= 0.0);
+            let fine = amounts && absorbs.iter().all(|share| *share <= 1.0) && emits.iter().any(|e| *e > 0.0);
+            fine.then(|| Fluorescence::dye(absorbs, emits, efficiency))?
+        }
+        _ => return None,
+    };
+    Some(if gain { found.with_gain() } else { found })
+}
+
+/// A square matrix, row by row.
+fn rows<const N: usize>(value: &Value) -> Option<[[f32; N]; N]> {
+    let rows: Option<Vec<[f32; N]>> = value.as_array()?.iter().map(numbers).collect();
+    rows?.try_into().ok()
+}
+
 /// Factors on the two halves of what shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EmissionScale {
@@ -324,12 +362,15 @@ mod tests {
     #[test]
     fn our_keys_are_read() {
         let json = r#"{"illumination": [1, 0.5], "opaque": [0, 0, 0, 1], "straight": [0.5, 0, 0, 0.0],
+            "fluorescence": [[0, 0, 0.1], [0, 0, 0.5], [0, 0, 0]],
             "emission": "invisible", "thin": true, "warn": [0, 0, 0, 1], "backs": "unseen", "other": {"x": 1}}"#;
         let (extras, _) = extras(json, Place::Material);
         assert_eq!(extras.illumination(), Ok(Some(Illumination::Square { s: 1.0, t: 0.5 })));
         assert_eq!(extras.opaque(), Ok(Some(Matrix::new([[0.0, 0.0], [0.0, 1.0]]))));
         assert_eq!(extras.straight(), Ok(Some(Matrix::new([[0.5, 0.0], [0.0, 0.0]]))));
         assert_eq!(extras.emission(), Ok(Some(EmissionScale { invisible: 1.0, visible: 0.0 })));
+        let green_of_blue = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.5], [0.0; 3]];
+        assert_eq!(extras.fluorescence(), Ok(Some(Fluorescence::colours(green_of_blue))));
         assert_eq!(extras.thin(), Ok(Some(true)));
         assert_eq!(extras.warn(), Ok(Some([0.0, 0.0, 0.0, 1.0])));
         assert_eq!(extras.backs(), Ok(Some(Backs::Unseen)));
@@ -354,6 +395,39 @@ mod tests {
         for message in messages {
             assert!(
                 message.starts_with("material `M`: extras `") && message.contains("; write "),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_fluoresces_is_said_in_one_of_three_ways() {
+        let read =
+            |json: &str| extras(&format!(r#"{{"fluorescence": {json}}}"#), Place::Material).0.fluorescence();
+        let dye = Fluorescence::dye([0.0, 0.25, 1.0], [1.0, 3.0, 0.0], 0.5);
+        assert_eq!(read(r#"{"absorbs": [0, 0.25, 1], "emits": [1, 3, 0], "yield": 0.5}"#), Ok(Some(dye)));
+        let rows = "[[0, 0, 0.125], [0, 0, 0.375], [0, 0, 0]]";
+        let matrix = Fluorescence::colours([[0.0, 0.0, 0.125], [0.0, 0.0, 0.375], [0.0; 3]]);
+        assert_eq!(read(rows), Ok(Some(matrix)));
+        assert_eq!(read(&format!(r#"{{"matrix": {rows}, "gain": true}}"#)), Ok(Some(matrix.with_gain())));
+        let row = "[1, 0, 0, 0, 0, 0]";
+        let six = format!(r#"{{"matrix": [{row}, {row}, {row}, {row}, {row}, {row}]}}"#);
+        assert_eq!(read(&six), Ok(Some(Fluorescence::full([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]; 6]))));
+        let wrong = [
+            "[[0, 0], [0, 0]]",
+            "0.5",
+            "[0, 0, 0, 0, 0, 0, 0, 0, 0]",
+            r#"{"absorbs": [0, 0, 1]}"#,
+            r#"{"absorbs": [0, 0, 2], "emits": [0, 1, 0]}"#,
+            r#"{"absorbs": [0, 0, 1], "emits": [0, 0, 0]}"#,
+            r#"{"absorbs": [0, 0, 1], "emits": [0, 1, 0], "yeild": 1}"#,
+            r#"{"absorbs": [0, 0, 1], "emits": [0, 1, 0], "gain": 1}"#,
+            r#"{"gain": true}"#,
+        ];
+        for wrong in wrong {
+            let message = read(wrong).unwrap_err();
+            assert!(
+                message.contains("extras `fluorescence` is") && message.contains("; write three rows"),
                 "{message}"
             );
         }

@@ -9,7 +9,7 @@ use super::parameters::parameters;
 use crate::scene::assembly::Closure;
 use crate::scene::names::clean;
 use crate::scene::texture::Texture;
-use crate::scene::{Anisotropy, Backs, Factor, Material, Parameters, Pbr, VertexColours};
+use crate::scene::{Anisotropy, Backs, Factor, Fluorescence, Material, Parameters, Pbr, VertexColours};
 use glam::{Affine2, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::material as extension;
@@ -81,6 +81,7 @@ impl<'a> Materials<'a> {
             extras.illumination()?;
             extras.opaque()?;
             extras.straight()?;
+            extras.fluorescence()?;
             extras.emission()?;
             extras.thin()?;
         }
@@ -239,11 +240,25 @@ impl Reader {
             illumination: self.extras.illumination()?,
             opaque: self.extras.opaque()?,
             straight: self.extras.straight()?,
+            fluorescence: self.fluorescence(notes)?,
             backs: self.extras.backs()?.unwrap_or(if see_through { Backs::Seen } else { Backs::Unseen }),
             absorption: self.absorption(),
             dispersion: self.dispersion(),
             ..Material::diffuse(self.name.clone(), Vec3::ZERO)
         })
+    }
+
+    /// What its diffuse lobe re-radiates.
+    fn fluorescence(&self, notes: &mut Notes) -> Result<Option<Fluorescence>, Reason> {
+        let fluorescence = self.extras.fluorescence()?;
+        let mut lobes = self.pbr.envelope();
+        if fluorescence.is_some() && !lobes.any(|(_, lobe)| lobe.as_diffuse().is_some()) {
+            notes.about(
+                "extras `fluorescence` without effect, because nothing is reflected diffusely",
+                &self.label,
+            );
+        }
+        Ok(fluorescence)
     }
 
     /// True where light goes through some of it.
