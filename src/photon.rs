@@ -20,11 +20,14 @@ impl PathClass {
 }
 
 /// Light that arrived at a surface.
+///
+/// `D` is what is kept of the direction that it came from: nothing, as a rule.
 #[derive(Clone, Copy, Debug)]
-pub struct Photon<P> {
+pub struct Photon<P, D = ()> {
     /// Where, scene space (m).
     pub position: Vec3,
-    /// Power (W), times |wi·ns| / |wi·ng|. No direction is kept: the one finite lobe, Lambert's, does not ask for it.
+    /// Power (W), times |wi·ns| / |wi·ng|. Where no direction is kept it is for Lambert's lobe, which does not ask for it, and times
+    /// what layers above that let through.
     pub power: P,
     /// Geometric normal there, on the side the light came from, in 127ths: it is only asked for its side.
     pub normal: [i8; 3],
@@ -34,6 +37,30 @@ pub struct Photon<P> {
     pub reflections: u16,
     /// Powers of the scene's s and t in `power`; the last number stands for all above it.
     pub orders: Orders,
+    /// Where it came from.
+    pub from: D,
+}
+
+/// A direction in four bytes, within 10⁻⁴: a unit vector on an octahedron.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Way([i16; 2]);
+
+impl Way {
+    /// Of a unit vector.
+    pub fn new(unit: Vec3) -> Self {
+        let Vec3 { x, y, z } = unit / unit.abs().element_sum();
+        let fold = |a: f32, b: f32| (1.0 - b.abs()).copysign(a);
+        let [a, b] = if z >= 0.0 { [x, y] } else { [fold(x, y), fold(y, x)] };
+        Self([a, b].map(|x| (x * 32767.0).round() as i16))
+    }
+
+    /// The unit vector.
+    pub fn unit(self) -> Vec3 {
+        let [a, b] = self.0.map(|x| f32::from(x) / 32767.0);
+        let z = 1.0 - a.abs() - b.abs();
+        let below = (-z).max(0.0);
+        Vec3::new(a - below.copysign(a), b - below.copysign(b), z).normalize()
+    }
 }
 
 /// Beside the level.
@@ -66,9 +93,25 @@ impl<P> Photon<P> {
     pub fn new(position: Vec3, normal: Vec3, power: P, reflections: u32) -> Self {
         let normal = (127.0 * normal).round().to_array().map(|x| x as i8);
         let reflections = u16::try_from(reflections).unwrap_or(u16::MAX);
-        Self { position, power, normal, kind: 0, reflections, orders: Orders::default() }
+        Self { position, power, normal, kind: 0, reflections, orders: Orders::default(), from: () }
     }
 
+    /// With the unit direction that it came from.
+    pub fn coming_from(self, wi: Vec3) -> Photon<P, Way> {
+        let Self { position, power, normal, kind, reflections, orders, from: () } = self;
+        Photon { position, power, normal, kind, reflections, orders, from: Way::new(wi) }
+    }
+}
+
+impl<P: Copy> Photon<P, Way> {
+    /// The same, whose direction is not asked for.
+    pub fn without_direction(&self) -> Photon<P> {
+        let Self { position, power, normal, kind, reflections, orders, from: _ } = *self;
+        Photon { position, power, normal, kind, reflections, orders, from: () }
+    }
+}
+
+impl<P, D> Photon<P, D> {
     /// Gathered with one of the [radii of caustics](crate::plan::Frame::caustic_radii), below 128.
     #[must_use]
     pub fn at_level(self, level: u8) -> Self {
@@ -103,6 +146,8 @@ impl<P> Photon<P> {
 pub struct Photons<P> {
     /// Indexed by `PathClass as usize`.
     pub by_class: [Vec<Photon<P>>; 3],
+    /// Caustics of what glares, once more for glossy lobes: with directions.
+    pub glints: Vec<Photon<P, Way>>,
     /// Where the power went.
     pub ledger: Ledger,
 }
@@ -146,11 +191,28 @@ impl Ledger {
 impl<P> Photons<P> {
     /// None at all.
     pub fn none() -> Self {
-        Self { by_class: [Vec::new(), Vec::new(), Vec::new()], ledger: Ledger::default() }
+        let by_class = [Vec::new(), Vec::new(), Vec::new()];
+        Self { by_class, glints: Vec::new(), ledger: Ledger::default() }
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
-        self.by_class.iter().map(Vec::len).sum()
+        self.by_class.iter().map(Vec::len).sum::<usize>() + self.glints.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::warp;
+
+    #[test]
+    fn directions_in_four_bytes_are_nearly_what_they_were() {
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+        let around = (0..400).map(|i| warp::sphere([(i % 20) as f32 / 20.0, (i / 20) as f32 / 20.0]));
+        for unit in axes.into_iter().chain(around) {
+            let off = (Way::new(unit).unit() - unit).length();
+            assert!(off < 1e-4, "{unit}: {off}");
+        }
     }
 }

@@ -204,7 +204,7 @@ impl Connections {
         self.probability(cell_of(sights, point), place as usize) * density
     }
 
-    /// What luminaires at infinity radiate from the unit vector `to`, each by its light (W m⁻² sr⁻¹) and the density in solid angle
+    /// What luminaires at infinity radiate from the unit vector `to`: each, its light (W m⁻² sr⁻¹) and the density in solid angle
     /// (sr⁻¹) with which a connection would have led there; zero where none ever does.
     pub fn skies<'a>(
         &'a self,
@@ -212,7 +212,7 @@ impl Connections {
         sights: Option<&'a Sights>,
         point: Option<&'a SurfacePoint>,
         to: Vec3,
-    ) -> impl Iterator<Item = (Light, f32)> + 'a {
+    ) -> impl Iterator<Item = (&'a Luminaire, Light, f32)> + 'a {
         scene.skies.iter().zip(&self.skies).filter_map(move |(luminaire, place)| {
             let light = scene.radiance_from(luminaire, to);
             let density = || match (place, point) {
@@ -222,7 +222,7 @@ impl Connections {
                 }
                 _ => 0.0,
             };
-            (!light.is_zero()).then(|| (light, density()))
+            (!light.is_zero()).then(|| (luminaire, light, density()))
         })
     }
 

@@ -33,6 +33,8 @@ pub struct Emitted<P> {
     pub power: P,
     /// Factor on `power` at distance r along the first line.
     pub falloff: Falloff,
+    /// Which of the scene's luminaires it is.
+    pub luminaire: u32,
     /// Where those go that start a little differently, without a guide; the triangles of one surface are one luminaire to it.
     pub beam: Beam,
 }
@@ -119,7 +121,7 @@ impl<'a, P: Power> Emitters<'a, P> {
             Falloff::Physical => power,
             Falloff::Warn(attenuation) => power.scaled(1.0 / warn_falloff(attenuation, self.radius)),
         };
-        Emitted { origin, direction, power, falloff, beam }
+        Emitted { origin, direction, power, falloff, luminaire: index as u32, beam }
     }
 
     /// The power of a luminaire, as if it shone everywhere as it does at the place where a path starts, or from where.

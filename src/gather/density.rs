@@ -33,6 +33,17 @@ pub trait Density: Sync {
         disk: (f32, Reach),
         most_reflections: u16,
     ) -> [Irradiance<Self::Power>; 3];
+
+    /// Caustics of what glares by their directions, for glossy lobes; see [`Maps::glints`]. None as a rule.
+    fn glints(
+        &self,
+        _nearby: &mut Self::Nearby,
+        _place: (&SurfacePoint, Vec3),
+        _disk: (f32, Reach),
+        _most_reflections: u16,
+        _each: impl FnMut(Vec3, Self::Power, Self::Power),
+    ) {
+    }
 }
 
 impl<P: Power> Density for Maps<'_, P> {
@@ -57,6 +68,17 @@ impl<P: Power> Density for Maps<'_, P> {
         most_reflections: u16,
     ) -> [Irradiance<P>; 3] {
         Maps::irradiance(self, nearby, point, normal, disk, most_reflections)
+    }
+
+    fn glints(
+        &self,
+        nearby: &mut Nearby,
+        place: (&SurfacePoint, Vec3),
+        disk: (f32, Reach),
+        most_reflections: u16,
+        each: impl FnMut(Vec3, P, P),
+    ) {
+        Maps::glints(self, nearby, place, disk, most_reflections, each);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::clearance::{Even, LEAST_SHARE, Reach};
 use crate::light::Power;
-use crate::photon::{Orders, PathClass, Photon, Photons};
+use crate::photon::{Orders, PathClass, Photon, Photons, Way};
 use crate::photon_map::{Flux, Found, Neighbourhood, PhotonMap};
 use crate::plan::{Frame, LEVELS, Plan};
 use crate::rims::Rims;
@@ -55,6 +55,12 @@ pub(crate) struct Tier<P> {
     typical: P,
 }
 
+/// Caustic photons with their directions, of one level.
+struct GlintTier<P> {
+    map: PhotonMap<P, Way>,
+    level: usize,
+}
+
 /// The maps of one pass.
 pub struct Maps<'a, P> {
     plan: &'a Plan,
@@ -63,6 +69,8 @@ pub struct Maps<'a, P> {
     rims: &'a Rims,
     /// Those that are not empty.
     tiers: Vec<Tier<P>>,
+    /// What glossy lobes read.
+    glints: Vec<GlintTier<P>>,
     /// Classes of which a photon might have come, and none did; and the power (W) that a path began with.
     missing: (Vec<PathClass>, P),
     /// Gather radii in pixel footprints, from the widest: those of [caustics](Frame::caustic_radii), of which the widest
@@ -76,7 +84,14 @@ impl<'a, P: Power> Maps<'a, P> {
         let shrink = radius_factor(pass);
         let radii = frame.caustic_radii().map(|radius| radius * shrink);
         let missing = missing(&photons, frame);
-        let [direct, caustic, indirect] = photons.by_class;
+        let Photons { by_class: [direct, caustic, indirect], glints, .. } = photons;
+        let mut by_level = [(); LEVELS].map(|()| Vec::new());
+        for photon in glints {
+            by_level[usize::from(photon.level())].push(photon);
+        }
+        let by_level = by_level.into_iter().enumerate().filter(|(_, photons)| !photons.is_empty());
+        let glints = by_level.map(|(level, photons)| GlintTier { map: PhotonMap::build(photons), level });
+        let glints = glints.collect();
         let mut caustics = [(); LEVELS].map(|()| Vec::new());
         for photon in caustic {
             caustics[usize::from(photon.level())].push(photon);
@@ -99,7 +114,7 @@ impl<'a, P: Power> Maps<'a, P> {
             })
             .collect();
         let inter_reflection = frame.photons.as_ref().is_some_and(|photons| photons.classes.indirect);
-        Self { plan, inter_reflection, rims: &plan.rims, tiers, missing, radii }
+        Self { plan, inter_reflection, rims: &plan.rims, tiers, glints, missing, radii }
     }
 
     /// How much of the disks at a point may be used, on the side of `normal`; see [`irradiance`](Self::irradiance). `scattered`: a
@@ -173,6 +188,35 @@ impl<'a, P: Power> Maps<'a, P> {
         by_class
     }
 
+    /// Shows `each` caustic photon by which glossy lobes at a point see what glares: the unit direction that it came from, the
+    /// irradiance (W m⁻²) that it brings to the disk, and what it would bring to that of half the radius.
+    pub fn glints(
+        &self,
+        nearby: &mut Nearby,
+        (point, normal): (&SurfacePoint, Vec3),
+        (footprint, reach): (f32, Reach),
+        most_reflections: u16,
+        mut each: impl FnMut(Vec3, P, P),
+    ) {
+        if self.glints.is_empty() {
+            return;
+        }
+        let mut found = std::mem::take(&mut nearby.found);
+        let around = self.around(nearby, point, normal, footprint);
+        let disks = self.disks(around, point, normal, (footprint, reach));
+        for (GlintTier { map, level }, near) in self.glints.iter().zip(&around.glints) {
+            let disk = &disks[*level];
+            map.find(near, [point.position, normal], disk.radius, most_reflections, &mut found);
+            let half = (0.5 * disk.radius).powi(2);
+            for photon in found.places().iter().map(|place| &map.photons()[*place as usize]) {
+                let is_inner = photon.position.distance_squared(point.position) <= half;
+                let inner = if is_inner { photon.power.scaled(disk.over_half) } else { P::default() };
+                each(photon.from.unit(), photon.power.scaled(disk.over_whole), inner);
+            }
+        }
+        nearby.found = found;
+    }
+
     /// What is near a point.
     pub(crate) fn around<'n>(
         &self,
@@ -193,6 +237,10 @@ impl<'a, P: Power> Maps<'a, P> {
         // A little more, for what rounding does at its edge.
         let reach = |level: usize| 1.0001 * (self.radii[level] + SPARE) * footprint;
         for (tier, near) in self.tiers.iter().zip(&mut place.photons) {
+            tier.map.neighbourhood(position, reach(tier.level), near);
+        }
+        place.glints.resize_with(self.glints.len(), Neighbourhood::default);
+        for (tier, near) in self.glints.iter().zip(&mut place.glints) {
             tier.map.neighbourhood(position, reach(tier.level), near);
         }
         let widest = (0..LEVELS).map(reach).fold(0.0, f32::max);
@@ -303,11 +351,13 @@ pub struct Nearby {
     places: [Surroundings; PLACES],
     /// The one to be forgotten next.
     next: usize,
+    found: Found,
 }
 
 impl Default for Nearby {
     fn default() -> Self {
-        Self { places: std::array::from_fn(|_| Surroundings::default()), next: 0 }
+        let places = std::array::from_fn(|_| Surroundings::default());
+        Self { places, next: 0, found: Found::default() }
     }
 }
 
@@ -319,6 +369,7 @@ pub(crate) struct Surroundings {
     footprint: f32,
     /// By map.
     pub photons: Vec<Neighbourhood>,
+    glints: Vec<Neighbourhood>,
     rims: Vec<u32>,
     even: Even,
 }

@@ -4,9 +4,9 @@ use super::direct::{Begun, Open};
 use super::{Density, Here, Pixel, Tally};
 use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
-use crate::optics::Term;
+use crate::optics::{Lobe, Term};
 use crate::photon::PathClass;
-use crate::plan::{Frame, Plan};
+use crate::plan::{Frame, Plan, reads_glints};
 use crate::sampling::{Rng, Sobol};
 use crate::scene::Material;
 
@@ -35,6 +35,25 @@ impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
     /// What comes now is for this pixel of the tile.
     pub fn begin(&mut self, pixel: usize) {
         self.pixel = pixel;
+    }
+}
+
+impl<D: Density, const R: usize> Plain<'_, D, R> {
+    /// What a glossy lobe shows of caustics that photons have directions of.
+    fn read_glints(&mut self, here: &Here<'_, R>, lobe: &Lobe, rows: [Row; R], pixel: &mut Pixel<R>) {
+        let Here { point, wo, .. } = *here;
+        let (mut whole, mut inner) = (D::Power::default(), D::Power::default());
+        let (place, disk) = ((point, here.normal()), (here.footprint, here.reach));
+        self.maps.glints(&mut self.nearby, place, disk, here.most_counted(), |wi, all, near| {
+            let f = lobe.eval(&point.normals, wo, wi);
+            whole += all.filtered(f);
+            inner += near.filtered(f);
+        });
+        let class = here.class(PathClass::Caustic);
+        for (parts, row) in pixel.parts.iter_mut().zip(rows) {
+            parts.add(class, whole.read(row), row.turn.is_reradiated());
+        }
+        pixel.bias += (whole + inner.scaled(-1.0)).scaled(2.0).read(rows[0]);
     }
 }
 
@@ -79,7 +98,12 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
                 self.connect(open, pixel);
             }
         }
-        let Some(diffuse) = term.lobe.as_diffuse() else { return };
+        let Some(diffuse) = term.lobe.as_diffuse() else {
+            if reads_glints(&term.lobe) {
+                self.read_glints(here, &term.lobe, rows, pixel);
+            }
+            return;
+        };
         let f = diffuse.towards(&point.normals, wo);
         let (place, disk) = ((point, here.normal()), (here.footprint, here.reach));
         let irradiance = self.maps.irradiance(&mut self.nearby, place, disk, here.most_counted());

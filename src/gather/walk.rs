@@ -7,7 +7,7 @@ use crate::connect::{Connection, Sights};
 use crate::light::{Light, Row};
 use crate::optics::{Bsdf, Lobe, Term};
 use crate::photon::PathClass;
-use crate::plan::{Direct, Frame, Plan};
+use crate::plan::{Direct, Frame, Glints, Plan, reads_glints};
 use crate::rays::{Hit, Ray, left_of};
 use crate::sampling::{Rng, endurance, power_heuristic};
 use crate::scene::{Material, MatterAt, SurfacePoint, View};
@@ -79,23 +79,48 @@ struct Line<M, const R: usize> {
 
 /// What a line has behind it.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Past {
-    /// No diffuse lobe.
-    Seen,
-    /// A diffuse lobe, and beyond it nothing but mirrors and glass: what shines by them alone was found there by connections and
-    /// caustic photons.
+struct Past {
+    /// A diffuse lobe.
+    scattered: bool,
+    found: Found,
+}
+
+/// What was found already, at the last surface that is not narrow, of the light that the line may come upon.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Found {
+    /// Nothing.
+    Nothing,
+    /// By a diffuse lobe: what shines there at once or through mirrors and glass, by connections and caustic photons.
     Lit,
-    /// A diffuse lobe, and another that is not narrow.
-    Scattered,
+    /// By a glossy lobe, which the line has just left: what glares through mirrors and glass. What shines at once was connected, and is
+    /// weighed.
+    Glossed,
+    /// The same, behind mirrors or glass.
+    Beyond,
 }
 
 impl Past {
-    /// Behind a branch.
-    fn then(self, lobe: &Lobe) -> Self {
-        match self {
-            _ if lobe.as_diffuse().is_some() => Self::Lit,
-            Self::Lit if !lobe.is_narrow() => Self::Scattered,
-            past => past,
+    /// At the camera.
+    const NONE: Self = Self { scattered: false, found: Found::Nothing };
+
+    /// Behind a branch; `glints`: photons tell glossy lobes what glares.
+    fn then(self, lobe: &Lobe, glints: bool) -> Self {
+        let found = match self.found {
+            _ if lobe.as_diffuse().is_some() => return Self { scattered: true, found: Found::Lit },
+            _ if glints && reads_glints(lobe) => Found::Glossed,
+            Found::Glossed if lobe.is_narrow() => Found::Beyond,
+            found if lobe.is_narrow() => found,
+            _ => Found::Nothing,
+        };
+        Self { found, ..self }
+    }
+
+    /// True where a luminaire that the line comes upon is not found yet; `glares`: it does so.
+    fn wants(self, glares: impl FnOnce() -> bool) -> bool {
+        match self.found {
+            Found::Nothing | Found::Glossed => true,
+            Found::Lit => false,
+            Found::Beyond => !glares(),
         }
     }
 }
@@ -151,11 +176,11 @@ impl<const R: usize> Here<'_, R> {
         plan.rays.absorption_towards(self.material, self.point, wi).unwrap_or(self.absorption)
     }
 
-    /// True where some diffuse lobe reads what arrives.
-    fn reads_photons(&self) -> bool {
+    /// True where some diffuse lobe reads what arrives, or with `glints` a glossy one.
+    fn reads_photons(&self, glints: bool) -> bool {
         let reads = |term: &Term| {
             let read = |row: &Row| !(*row * term.coefficient).is_zero();
-            term.lobe.as_diffuse().is_some()
+            (term.lobe.as_diffuse().is_some() || (glints && reads_glints(&term.lobe)))
                 && term.lobe.responds(&self.point.normals, self.wo)
                 && self.rows.iter().any(read)
         };
@@ -164,7 +189,7 @@ impl<const R: usize> Here<'_, R> {
 
     /// The path was scattered by a diffuse surface on its way here.
     pub fn is_scattered(&self) -> bool {
-        self.past != Past::Seen
+        self.past.scattered
     }
 
     /// What light of a class that arrives here is to what is seen.
@@ -178,7 +203,7 @@ impl<const R: usize> Here<'_, R> {
             direct == Direct::Connection
         } else {
             // What narrow lobes send on is a caustic where it arrives.
-            self.past != Past::Lit || !term.lobe.is_narrow()
+            self.past.found == Found::Nothing || !term.lobe.is_narrow()
         }
     }
 
@@ -199,6 +224,8 @@ pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
     pub tally: T,
     /// By so much, or less, lines multiply from one delta reflection to the next.
     growth: f32,
+    /// What photons tell glossy lobes.
+    glints: Option<&'a Glints>,
     stack: Vec<Line<T::Mark, R>>,
     hits: Vec<Hit>,
 }
@@ -210,7 +237,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         let film = [frame.width, frame.height];
         let growth = plan.existence.growth().max(1.0);
         let sights = frame.sights.as_deref();
-        Self { plan, sights, film, view, tally, growth, stack: Vec::new(), hits: Vec::new() }
+        let glints = frame.photons.as_ref().and_then(|photons| photons.glints.as_deref());
+        Self { plan, sights, film, view, tally, growth, glints, stack: Vec::new(), hits: Vec::new() }
     }
 
     /// A path through a random point of the pixel at column `x` and row `y`.
@@ -234,7 +262,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             by_chance: None,
             seen: true,
             absorption: Vec3::ZERO,
-            past: Past::Seen,
+            past: Past::NONE,
         });
         while let Some(line) = self.stack.pop() {
             self.look_along(&line, &mut pixel, &mut rng);
@@ -259,7 +287,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             before = hit.t;
             let travelled = line.travelled + hit.t;
             let footprint = self.view.footprint(travelled, self.film[1]) + line.spread * hit.t;
-            let MatterAt { material, point, bsdf, seen, .. } = plan.matter_at(hit, footprint);
+            let MatterAt { surface, material, point, bsdf, seen, .. } = plan.matter_at(hit, footprint);
             let bsdf: &Bsdf = &bsdf;
             if pixel.depth == f32::INFINITY && delta_chain == 0 && !material.is_nothing() {
                 describe(pixel, hit, &point, wo, bsdf);
@@ -271,14 +299,13 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             let at_point = line.by_chance.is_some() && material.pattern.is_some();
             let seen = if at_point { plan.scene.emission_at(&point) } else { seen };
             if let Some(emission) = seen
-                && line.past != Past::Lit
+                && line.past.wants(|| self.glints.is_some_and(|glints| glints.is_glaring(surface.material)))
                 && delta_chain <= most
                 && (emission.two_sided || point.normals.is_front(wo))
             {
                 let weight = plan.chance_weight(self.sights, line.by_chance.as_ref(), hit, &point, wo);
                 let weighed = if weight == 1.0 { rows } else { rows.map(|row| row * weight) };
-                let scattered = line.past != Past::Seen;
-                self.tally.emitted(&weighed, mark, emission.radiance, scattered, pixel);
+                self.tally.emitted(&weighed, mark, emission.radiance, line.past.scattered, pixel);
             }
             if delta_chain < most {
                 let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
@@ -295,7 +322,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                     past: line.past,
                     reach: Reach::Simple(1.0),
                 };
-                if here.reads_photons() {
+                if here.reads_photons(self.glints.is_some()) {
                     here.reach = self.tally.reach(&here);
                 }
                 self.read_surface(&here, mark, pixel, rng);
@@ -309,7 +336,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             }
         }
         self.hits = hits;
-        if delta_chain <= most && line.past != Past::Lit && rows.iter().any(|row| !row.is_zero()) {
+        if delta_chain <= most && line.past.found != Found::Lit && rows.iter().any(|row| !row.is_zero()) {
             if absorption != Vec3::ZERO {
                 rows = rows.map(|row| row * left_of(absorption, f32::INFINITY));
             }
@@ -319,15 +346,24 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
 
     /// A line that meets nothing more sees what shines at infinity.
     fn escape(&mut self, line: &Line<T::Mark, R>, rows: &[Row; R], mark: T::Mark, pixel: &mut Pixel<R>) {
-        let Self { plan, sights, tally, .. } = self;
+        let Self { plan, sights, tally, glints, .. } = self;
         let from = line.by_chance.as_ref().map(|by_chance| &by_chance.point);
-        for (light, connected) in plan.connections.skies(&plan.scene, *sights, from, line.direction) {
+        for (luminaire, light, connected) in
+            plan.connections.skies(&plan.scene, *sights, from, line.direction)
+        {
+            let glares = || {
+                let glares = |g: &Glints| g.is_glaring_sky(&plan.scene, luminaire, line.direction);
+                glints.is_some_and(glares)
+            };
+            if !line.past.wants(glares) {
+                continue;
+            }
             let weight = match line.by_chance {
                 Some(ByChance { density, .. }) if connected > 0.0 => power_heuristic(density, connected),
                 _ => 1.0,
             };
             let weighed = if weight == 1.0 { *rows } else { rows.map(|row| row * weight) };
-            tally.emitted(&weighed, mark, light, line.past != Past::Seen, pixel);
+            tally.emitted(&weighed, mark, light, line.past.scattered, pixel);
         }
     }
 
@@ -351,10 +387,10 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     /// The row goes on through delta lobes and glossy ones.
     fn pass_on(&mut self, here: &Here<'_, R>, line: &Line<T::Mark, R>, mark: T::Mark, rng: &mut Rng) {
         let Here { rows, material, bsdf, point, wo, travelled, .. } = *here;
-        let diffuse = match (here.reach, line.past) {
+        let diffuse = match (here.reach, line.past.scattered) {
             (Reach::Simple(_), _) => 0,
-            (Reach::Crowded, Past::Seen) => DIRECTIONS[0],
-            (Reach::Crowded, _) => DIRECTIONS[1],
+            (Reach::Crowded, false) => DIRECTIONS[0],
+            (Reach::Crowded, true) => DIRECTIONS[1],
         };
         if diffuse == 0 && !bsdf.is_passed_on() {
             return;
@@ -363,7 +399,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let Self { plan, tally, growth, stack, .. } = self;
+        let Self { plan, tally, growth, stack, glints, .. } = self;
+        let glints = glints.is_some();
         let mark = T::reflected(mark, rows, material);
         let surface = Surface { rows: *rows, material, bsdf, point, wo, diffuse };
         branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch: Branch<R>| {
@@ -381,9 +418,13 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 mark,
                 travelled,
                 spread: line.spread + branch.density.map_or(0.0, |density| SPREAD / density.sqrt()),
-                by_chance: branch.density.map(|density| ByChance { point: *point, density }),
+                // What is not connected to from there is found by chance alone.
+                by_chance: branch
+                    .density
+                    .filter(|_| line.past.found == Found::Nothing || !branch.lobe.is_narrow())
+                    .map(|density| ByChance { point: *point, density }),
                 seen: line.seen && branch.lobe.is_delta(),
-                past: line.past.then(&branch.lobe),
+                past: line.past.then(&branch.lobe, glints),
                 absorption: here.absorption(plan, branch.sample.to),
             });
         });

@@ -68,7 +68,7 @@ impl Facing {
 
 impl Block {
     /// From at most [`LANES`] photons; normals that differ are yet to be [kept](Self::keep_normals).
-    pub fn new<P>(photons: &[Photon<P>]) -> Self {
+    pub fn new<P, D>(photons: &[Photon<P, D>]) -> Self {
         let normal = photons[0].normal;
         let same = photons.iter().all(|photon| photon.normal == normal);
         let normals = if same { SAME } else { DIFFERENT };
@@ -82,7 +82,7 @@ impl Block {
     }
 
     /// Adds the normals of the block's photons to `normals` where they differ.
-    pub fn keep_normals<P>(&mut self, photons: &[Photon<P>], normals: &mut Vec<Normals>) {
+    pub fn keep_normals<P, D>(&mut self, photons: &[Photon<P, D>], normals: &mut Vec<Normals>) {
         if self.normals == SAME {
             return;
         }

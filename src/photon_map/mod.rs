@@ -20,7 +20,7 @@ use std::marker::PhantomData;
 use tree::{Item, LEAF, Node, STACK};
 
 /// Photons of one class, indexed for "what is near?".
-pub struct PhotonMap<P> {
+pub struct PhotonMap<P, D = ()> {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
     /// Of the blocks whose photons do not face the same way.
@@ -28,7 +28,7 @@ pub struct PhotonMap<P> {
     /// By block, then component.
     powers: Vec<[f32; LANES]>,
     /// In the order of the blocks.
-    photons: Vec<Photon<P>>,
+    photons: Vec<Photon<P, D>>,
     level: Level,
 }
 
@@ -55,12 +55,12 @@ pub struct Flux<P> {
     pub inner: P,
 }
 
-impl<P: Power> PhotonMap<P> {
+impl<P: Power, D: Copy + Send + Sync> PhotonMap<P, D> {
     /// Builds the map. Positions must be finite: shooting guarantees it.
     ///
     /// # Panics
     /// On a photon whose position is not finite, which would make the tree lose others silently.
-    pub fn build(photons: Vec<Photon<P>>) -> Self {
+    pub fn build(photons: Vec<Photon<P, D>>) -> Self {
         let level = Level::new();
         if photons.is_empty() {
             let (nodes, blocks, normals, powers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -73,7 +73,7 @@ impl<P: Power> PhotonMap<P> {
         let mut items: Vec<Item> =
             photons.par_iter().enumerate().map(|(i, photon)| Item::new(photon.position, i as u32)).collect();
         let nodes = tree::build(&mut items);
-        let photons: Vec<Photon<P>> = items.par_iter().map(|item| photons[item.index()]).collect();
+        let photons: Vec<Photon<P, D>> = items.par_iter().map(|item| photons[item.index()]).collect();
         let mut powers = vec![[0.0; LANES]; photons.len().div_ceil(LANES) * P::COMPONENTS];
         let mut blocks: Vec<Block> = powers
             .par_chunks_mut(P::COMPONENTS)
@@ -100,7 +100,7 @@ impl<P: Power> PhotonMap<P> {
     }
 
     /// All photons, neighbours in space near each other.
-    pub fn photons(&self) -> &[Photon<P>] {
+    pub fn photons(&self) -> &[Photon<P, D>] {
         &self.photons
     }
 
@@ -235,7 +235,7 @@ impl<P: Power> PhotonMap<P> {
     }
 
     /// Multiplies what queries add up by a number for each photon; the photons themselves stay as they are.
-    pub fn weigh(&mut self, weight: impl Fn(&Photon<P>) -> f32 + Sync) {
+    pub fn weigh(&mut self, weight: impl Fn(&Photon<P, D>) -> f32 + Sync) {
         let blocks = self.powers.par_chunks_mut(P::COMPONENTS).zip(self.photons.par_chunks(LANES));
         blocks.for_each(|(planes, photons)| {
             for (lane, photon) in photons.iter().enumerate() {
@@ -329,7 +329,7 @@ trait Boxes {
     }
 }
 
-impl<P> Boxes for PhotonMap<P> {
+impl<P, D> Boxes for PhotonMap<P, D> {
     #[inline(always)]
     fn each_node<S: Simd>(
         &self,

@@ -4,6 +4,7 @@
 //! are followed, not halves alone: a red mirror passes on nothing of a green lamp.
 
 use super::components::{Components, fixed_point};
+use super::glints::reads as reads_glints;
 use crate::optics::{Bsdf, Term};
 use crate::photon::PathClass;
 use crate::scene::{Luminaire, Scene};
@@ -17,6 +18,8 @@ pub(super) struct Flow {
     pub seen: Components,
     /// Components that finite lobes read in arriving light, where camera rays end.
     pub gathered: Components,
+    /// Components that glossy lobes read of arriving caustics, where photons keep their directions.
+    glints: Components,
     /// Components of light leaving a luminaire that may be gathered without being reflected before.
     pub linked: Components,
     /// Components of light on the way that may still be gathered.
@@ -27,7 +30,8 @@ pub(super) struct Flow {
 
 impl Flow {
     /// What flows among `bsdfs`, from what the luminaires of `scene` emit.
-    pub fn of(scene: &Scene, invisible_layer: bool) -> Self {
+    /// `glints`: caustics are read from photons by glossy lobes too.
+    pub fn of(scene: &Scene, invisible_layer: bool, glints: bool) -> Self {
         let bsdfs = || scene.materials.iter().map(|material| &material.bsdf);
         let all = || bsdfs().flat_map(|bsdf| &bsdf.terms);
         // Camera rays go on by the others; connections and photons may come by glossy lobes, that are neither Lambert's nor delta.
@@ -43,11 +47,9 @@ impl Flow {
             union(passed_on().map(|term| before(seen, term))).or(before_straights(seen))
         });
         let gathered = union(read().map(|term| before(seen, term)));
+        let glossy = || passed_on().filter(|term| glints && reads_glints(&term.lobe));
+        let glints = union(glossy().map(|term| before(seen, term)));
         let linked = fixed_point(union(finite().map(|term| before(seen, term))), before_straights);
-        let useful = fixed_point(gathered, |useful| {
-            union(all().map(|term| before(useful, term))).or(before_straights(useful))
-        });
-
         let emitted = union(scene.luminaires.iter().map(emission));
         let direct = fixed_point(emitted, after_straights);
         let mirrored = |set: Components| union(passed_on().map(|term| after(set, term)));
@@ -56,7 +58,19 @@ impl Flow {
         let indirect = fixed_point(scattered(direct.or(caustic)), |set| {
             scattered(set).or(mirrored(set)).or(after_straights(set))
         });
-        Self { seen_at_once: seen, seen, gathered, linked, useful, present: [direct, caustic, indirect] }
+        let glints = glints.and(caustic);
+        let useful = fixed_point(gathered.or(glints), |useful| {
+            union(all().map(|term| before(useful, term))).or(before_straights(useful))
+        });
+        Self {
+            seen_at_once: seen,
+            seen,
+            gathered,
+            glints,
+            linked,
+            useful,
+            present: [direct, caustic, indirect],
+        }
     }
 
     /// The same where camera rays go on by diffuse lobes too.
@@ -84,7 +98,12 @@ impl Flow {
 
     /// True when light of `class` arrives somewhere in components that are gathered.
     pub fn arrives(&self, class: PathClass) -> bool {
-        self.present(class).and(self.gathered).any()
+        self.present(class).and(self.gathered).any() || (class == PathClass::Caustic && self.glints.any())
+    }
+
+    /// True when caustics arrive that this glossy term reads from photons.
+    pub fn reads_glints(&self, term: &Term) -> bool {
+        before(self.seen, term).and(self.glints).any()
     }
 
     /// True when a camera ray reads light of some class by this finite term. Those that went on by diffuse lobes read where others do;

@@ -7,6 +7,7 @@ mod components;
 mod describe;
 mod flow;
 mod frame;
+mod glints;
 mod lines;
 mod omission;
 mod photons;
@@ -19,6 +20,7 @@ pub use crate::existence::{Existence, Multiplication};
 pub use crate::machine::{MemoryLimit, memory as memory_left};
 pub use describe::Technique;
 pub use frame::Frame;
+pub use glints::{Glints, reads as reads_glints};
 pub use lines::Visibility;
 pub use omission::{Omission, Omittable};
 pub(crate) use photons::{DEFAULT_PATHS, MAX_DEPOSITS};
@@ -117,7 +119,7 @@ impl Plan {
     /// Without what photons and a gather do not need.
     fn less(self, settings: &Settings) -> Self {
         let Self { mut scene, rays, existence, mut omissions, .. } = self;
-        let flow = Flow::of(&scene, settings.invisible);
+        let flow = Flow::of(&scene, settings.invisible, Glints::may_be(&scene, settings));
         let classes = PhotonClasses::of(&flow, settings);
         // Camera paths go on by diffuse lobes where light that was scattered cannot be read from photons.
         let flow = if classes.indirect { flow.followed(&scene) } else { flow };
@@ -130,7 +132,7 @@ impl Plan {
             .map(|photons| PhotonPlan { growth: existence.growth(), crowd: crowd(&existence), ..photons });
         // Of disks, which the textbook does not have.
         let on_disks = photons.as_ref().filter(|_| settings.method == Method::Photon);
-        let mut rims = on_disks.map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.deposits));
+        let mut rims = on_disks.map_or_else(Rims::none, |photons| Rims::of(&scene, &photons.kept()));
         let clearance = match on_disks {
             Some(_) => Clearance::of(&scene, rims.take_sheets()),
             None => Clearance::none(),

@@ -1,6 +1,7 @@
 //! Which photons are shot, what of their light is carried, and where they are kept.
 
 use super::flow::Flow;
+use super::glints::Glints;
 use super::omission::{Omission, Omittable};
 use super::{Direct, Settings};
 use crate::emission::{Guide, StartTree};
@@ -58,6 +59,8 @@ pub struct PhotonPlan {
     pub classes: PhotonClasses,
     /// By material: whether what arrives there can be seen.
     pub deposits: Vec<bool>,
+    /// Caustic photons that keep their directions. None: there are none.
+    pub glints: Option<Arc<Glints>>,
     /// The share of deposits that is kept (at 1 / keep times their power) to bound memory.
     pub keep: f32,
     /// Factor by which the unit of Russian roulette changes with each reflection: above 1 where generations would
@@ -93,6 +96,14 @@ impl PhotonPlan {
     pub(crate) fn with_paths(self, paths: u32) -> Self {
         let deposits = f64::from(paths) * self.per_path.deposits;
         Self { paths, keep: (MAX_DEPOSITS / deposits).min(1.0) as f32, ..self }
+    }
+
+    /// By material: whether any photon is kept there.
+    pub fn kept(&self) -> Vec<bool> {
+        match &self.glints {
+            None => self.deposits.clone(),
+            Some(glints) => self.deposits.iter().zip(&glints.takes).map(|(a, b)| *a || *b).collect(),
+        }
     }
 
     /// Photons that a pass will store.
@@ -150,6 +161,7 @@ pub(super) fn photon_plan(
         paths: settings.paths.unwrap_or(DEFAULT_PATHS),
         classes,
         deposits: deposits(scene, flow, settings, omissions),
+        glints: classes.caustic.then(|| Glints::of(scene, flow)).flatten().map(Arc::new),
         keep: 1.0,
         growth: 1.0,
         max_reflections: settings.max_reflections.map_or(u32::MAX, |most| most.saturating_sub(1)),

@@ -3,7 +3,7 @@
 use super::Walk;
 use crate::emission::{EMISSION_DIMENSIONS, Emitted, Emitters, Guide};
 use crate::light::Light;
-use crate::photon::{PathClass, Photon};
+use crate::photon::{PathClass, Photon, Photons};
 use crate::plan::{Frame, PhotonPlan, Plan};
 use crate::sampling::{Rng, Sobol, Stream, hash};
 use rayon::prelude::*;
@@ -46,7 +46,14 @@ pub(super) fn caustics<S, T: Send>(
         // What one path leaves behind must not matter to the next.
         walk.forget();
         walk.follow(emitted, rng);
-        told(started, &walk.photons.by_class[PathClass::Caustic as usize])
+        let Photons { by_class, glints, .. } = &walk.photons;
+        match &by_class[PathClass::Caustic as usize][..] {
+            [] if !glints.is_empty() => {
+                let photons: Vec<_> = glints.iter().map(Photon::without_direction).collect();
+                told(started, &photons)
+            }
+            photons => told(started, photons),
+        }
     };
     let each = (0..paths).into_par_iter().map_init(|| Walk::new(plan, frame, photons, paths), one);
     each.collect::<Vec<_>>().into_iter().flatten().collect()

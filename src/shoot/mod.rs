@@ -77,12 +77,14 @@ fn join<P: Power>(parts: Vec<Photons<P>>) -> Photons<P> {
     parts.iter().for_each(|part| ledger.add(&part.ledger));
     let mut by_class: [Vec<Photon<P>>; 3] =
         std::array::from_fn(|c| Vec::with_capacity(parts.iter().map(|part| part.by_class[c].len()).sum()));
+    let mut glints = Vec::with_capacity(parts.iter().map(|part| part.glints.len()).sum());
     for part in parts {
         for (all, some) in by_class.iter_mut().zip(part.by_class) {
             all.extend(some);
         }
+        glints.extend(part.glints);
     }
-    Photons { by_class, ledger }
+    Photons { by_class, glints, ledger }
 }
 
 /// One straight line still to be followed.
@@ -112,6 +114,8 @@ struct Walk<'a, P> {
     stack: Vec<Line<P>>,
     hits: Vec<Hit>,
     crowd: Crowd,
+    /// The path under way comes from what glares.
+    glares: bool,
     photons: Photons<P>,
 }
 
@@ -121,22 +125,28 @@ impl<'a, P: Power> Walk<'a, P> {
         let crowd = Crowd::new(photon_plan, tasks);
         let levels = Levels::of(plan, frame, photon_plan.paths);
         let (stack, hits, photons) = (Vec::new(), Vec::new(), Photons::none());
-        Self { plan, frame, photon_plan, levels, stack, hits, crowd, photons }
+        Self { plan, frame, photon_plan, levels, stack, hits, crowd, glares: false, photons }
     }
 
     /// Drops what was deposited.
     fn forget(&mut self) {
         self.photons.by_class.iter_mut().for_each(Vec::clear);
+        self.photons.glints.clear();
         self.crowd.kept = 0;
     }
 
     fn follow(&mut self, emitted: Emitted<P>, mut rng: Rng) {
-        let Emitted { origin, direction, power, falloff, beam } = emitted;
+        let Emitted { origin, direction, power, falloff, luminaire, beam } = emitted;
         let unit = power.total();
         if unit == 0.0 {
             return; // a dark place of a luminaire
         }
         self.photons.ledger.emitted += f64::from(unit);
+        let scene = &self.plan.scene;
+        let glints = self.photon_plan.glints.as_ref();
+        self.glares = glints.is_some_and(|glints| {
+            glints.is_of_glare(scene, &scene.luminaires[luminaire as usize], direction)
+        });
         self.stack.push(Line {
             origin,
             direction,
@@ -183,7 +193,16 @@ impl<'a, P: Power> Walk<'a, P> {
                 && self.photon_plan.classes.contains(line.class)
             {
                 let below = bsdf.arrival(&point.normals, -line.direction);
-                self.deposit(&line, hit.t, point, arriving.scaled(below), rng);
+                if let Some(photon) = self.arrived(&line, hit.t, point, arriving.scaled(below), rng) {
+                    self.photons.by_class[line.class as usize].push(photon);
+                }
+            }
+            if self.glares
+                && line.class == PathClass::Caustic
+                && self.photon_plan.glints.as_ref().is_some_and(|g| g.takes[surface.material as usize])
+                && let Some(photon) = self.arrived(&line, hit.t, point, arriving, rng)
+            {
+                self.photons.glints.push(photon.coming_from(-line.direction));
             }
             let sent_on = self.spawn(&line, hit.t, &met, arriving, unit, rng);
             let straight = power.through(bsdf.straight);
@@ -200,17 +219,24 @@ impl<'a, P: Power> Walk<'a, P> {
         self.hits = hits;
     }
 
-    /// Keeps the photon, if the side it came to is not dark; thinned where the plan bounds memory.
-    fn deposit(&mut self, line: &Line<P>, distance: f32, point: &SurfacePoint, power: P, rng: &mut Rng) {
+    /// The photon to be kept, if the side it came to is not dark; thinned where the plan bounds memory.
+    fn arrived(
+        &mut self,
+        line: &Line<P>,
+        distance: f32,
+        point: &SurfacePoint,
+        power: P,
+        rng: &mut Rng,
+    ) -> Option<Photon<P>> {
         let from = -line.direction;
         let normals = &point.normals;
         if !normals.same_side(from, from) {
-            return;
+            return None;
         }
         self.photons.ledger.deposits += 1;
         let keep = self.photon_plan.keep * self.crowd.kept();
         if keep < 1.0 && (keep == 0.0 || rng.f32() >= keep) {
-            return;
+            return None;
         }
         self.crowd.kept += 1;
         let normal = if normals.is_front(from) { normals.geometric } else { -normals.geometric };
@@ -224,8 +250,7 @@ impl<'a, P: Power> Walk<'a, P> {
             }
             PathClass::Direct | PathClass::Indirect => 0,
         };
-        let photon = Photon { orders: line.orders, ..photon }.at_level(level).reradiated(line.reradiated);
-        self.photons.by_class[line.class as usize].push(photon);
+        Some(Photon { orders: line.orders, ..photon }.at_level(level).reradiated(line.reradiated))
     }
 
     /// Spawns the reflected photon, by lobe choice and Russian roulette; returns the power it was expected to carry.

@@ -156,7 +156,6 @@ fn an_atlas_counts_re_radiation_as_a_reflection() {
     for (i, (s, t)) in [(1.0, 0.0), (0.5, 0.25)].into_iter().enumerate() {
         let direct = film(scene.at(s, t), settings(2 + i as u64), &[Layer::Visible], 240);
         let mixed = atlas.mix(s.into(), t.into()).expect("a picture");
-        let mixed = atlas.mix(s.into(), t.into()).expect("a picture");
         let (mixed, direct) =
             (atlas.estimate(mixed).expect("passes"), Estimate::from_film(&direct).expect("passes"));
         let verdict = agreement(&mixed, &direct, None);

@@ -17,6 +17,7 @@ mod features;
 mod fluorescence;
 mod furnace;
 mod glass;
+mod glints;
 mod k;
 mod ledger;
 mod lens;

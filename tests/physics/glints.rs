@@ -1,0 +1,113 @@
+//! What mirrors and glass send of small lamps to glossy surfaces, against lamps behind the mirror.
+
+use crate::agreement::{mixed, must_agree_in, rough};
+use crate::support::{Build, Measured, look, small};
+use glam::Vec3;
+use halflight::film::{Film, Layer};
+use halflight::light::Light;
+use halflight::optics::{Lobe, Mirror};
+use halflight::plan::{Method, Plan, Settings};
+use halflight::render::Render;
+use halflight::scene::{Emission, Illumination, Luminaire, Material, Pbr, Scene};
+
+/// What lies on the floor.
+fn floors() -> [(&'static str, Material); 3] {
+    let body =
+        |roughness: f32| Pbr { roughness: roughness, metallic: 0.0, two_sided: false, ..Pbr::default() };
+    [
+        ("metal", Material::new("Floor", rough(0.5, Vec3::new(0.9, 0.7, 0.4)))),
+        ("body", Material::pbr("Floor", body(0.6))),
+        ("dark metal", Material::new("Floor", rough(0.3, Vec3::splat(0.2)))),
+    ]
+}
+
+/// A lamp, as it is and as it stands behind the mirror at x = 1.
+fn lamp(build: &mut Build, kind: &str, mirrored: bool) {
+    let at = |x: f32, y: f32, z: f32| Vec3::new(if mirrored { 2.0 - x } else { x }, y, z);
+    match kind {
+        "point" => {
+            let intensity = Light::both(Vec3::new(2.0, 1.0, 3.0));
+            build.0.luminaire(Luminaire::Point { position: at(-0.2, 1.2, 0.1), intensity });
+        }
+        "sun" => {
+            let direction = Vec3::new(if mirrored { -1.0 } else { 1.0 }, -1.5, 0.2).normalize();
+            build.0.luminaire(Luminaire::sun(direction, Light::both(Vec3::ONE), 0.01));
+        }
+        _ => {
+            let glow =
+                Material::diffuse("Lamp", Vec3::ZERO).with_emission(Emission::front(Vec3::splat(80.0)));
+            let glow = build.0.material(glow);
+            let (corner, side) =
+                (at(-0.1, 1.2, -0.1), Vec3::new(if mirrored { -0.2 } else { 0.2 }, 0.0, 0.0));
+            let (a, b) = if mirrored { (0.2 * Vec3::Z, side) } else { (side, 0.2 * Vec3::Z) };
+            build.quad(corner, a, b, glow);
+        }
+    }
+}
+
+/// A floor beside a mirror, or with the lamp's image in its place.
+fn scene(kind: &str, floor: Material, with_mirror: bool) -> Scene {
+    let mut build =
+        Build::new(Illumination::GLOBAL, look(Vec3::new(-1.5, 1.2, 0.4), Vec3::new(0.1, 0.0, 0.0)));
+    build.yfov(0.15);
+    let floor = build.0.material(floor);
+    build.quad(Vec3::new(-2.0, 0.0, -2.0), 4.0 * Vec3::Z, 3.0 * Vec3::X, floor);
+    lamp(&mut build, kind, false);
+    if with_mirror {
+        let mirror = build.material("Mirror", Lobe::Mirror(Mirror::plain(Vec3::ONE, false)));
+        build.quad(Vec3::new(1.0, 0.0, -2.0), 4.0 * Vec3::Z, 4.0 * Vec3::Y, mirror);
+    } else {
+        lamp(&mut build, kind, true);
+    }
+    build.finish()
+}
+
+fn film(scene: Scene, settings: Settings, passes: u32) -> Film {
+    let mut render = Render::new(scene, settings, &[Layer::Visible]).expect("a render");
+    (0..passes).for_each(|_| render.pass());
+    render.film().clone()
+}
+
+fn mean(film: &Film) -> Measured {
+    let (mean, error) = (film.mean_colour(), film.mean_colour_error().expect("several passes"));
+    Measured { mean: mean.x, error: error.x }
+}
+
+#[test]
+fn a_glossy_floor_shows_the_lamp_in_a_mirror_as_one_behind_it() {
+    for (name, floor) in floors() {
+        for kind in ["point", "sun", "square"] {
+            let gathered = Settings { method: Method::Path, samples: 256, ..small(12, 12, 1) };
+            let expected = mean(&film(scene(kind, floor.clone(), false), gathered, 16));
+            let shot = mean(&film(scene(kind, floor.clone(), true), small(12, 12, 60_000), 48));
+            eprintln!("{name}, {kind}: {shot:?} against {expected:?}");
+            let error = shot.error.hypot(expected.error);
+            Measured { error, ..shot }.must_be(expected.mean, 0.003);
+        }
+    }
+}
+
+#[test]
+fn photons_tell_it_of_small_lamps_alone() {
+    let plan = |kind: &str, settings: Settings| Plan::new(scene(kind, floors()[0].1.clone(), true), settings);
+    let has = |plan: &Plan| plan.photons.as_ref().is_some_and(|photons| photons.glints.is_some());
+    assert!(has(&plan("point", small(8, 8, 100))) && has(&plan("square", small(8, 8, 100))));
+    assert!(!has(&plan("point", Settings { atlas: true, ..small(8, 8, 100) })));
+    let wide = mixed(true, true).finish();
+    assert!(!has(&Plan::new(wide, small(8, 8, 100))), "its ceiling is a lamp");
+}
+
+#[test]
+#[ignore = "long physics: cargo test --release --workspace -- --ignored"]
+fn with_small_lamps_mirrors_and_glossy_walls_shooting_and_gathering_agree() {
+    let mut build = mixed(true, true);
+    let wall = build.0.materials.iter_mut().find(|material| material.name == "White").expect("its walls");
+    wall.lobes = vec![(0.5, rough(0.5, Vec3::splat(0.9))), (0.5, wall.lobes[0].1)];
+    let ceiling = build.0.materials.iter_mut().find(|material| material.name == "Lamp").expect("its lamp");
+    ceiling.emission = None;
+    let mut emission = Emission::front(Vec3::splat(80.0));
+    emission.radiance.visible = Vec3::ZERO;
+    let lamp = build.0.material(Material::diffuse("Small", Vec3::ZERO).with_emission(emission));
+    build.quad(Vec3::new(-0.12, 0.95, -0.12), 0.24 * Vec3::X, 0.24 * Vec3::Z, lamp);
+    must_agree_in(2400, "glints", &build.finish(), halflight::plan::Direct::Connection);
+}
