@@ -3,6 +3,7 @@
 use crate::errors::usage;
 use glam::Vec3;
 use halflight::light::Matrix;
+use halflight::scene::Fluorescence;
 use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArray3, PyArrayLike1, PyArrayLike2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -62,6 +63,18 @@ pub fn matrix(value: &Bound<'_, PyAny>, what: &str) -> PyResult<Option<Matrix>> 
     let rows: [[f32; 2]; 2] = rows.try_into().map_err(|_| wrong())?;
     let fits = rows.iter().flatten().all(|x| x.is_finite() && *x >= 0.0);
     fits.then(|| Some(Matrix::new(rows))).ok_or_else(wrong)
+}
+
+/// A 3×3 or 6×6 matrix of re-radiation, or None.
+pub fn fluorescence(value: &Bound<'_, PyAny>, gain: bool) -> PyResult<Option<Fluorescence>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    let colours = rows_f32::<3>(value, "fluorescence").ok().and_then(|rows| rows.try_into().ok());
+    let full = || rows_f32::<6>(value, "fluorescence").ok().and_then(|rows| rows.try_into().ok());
+    let found = colours.map(Fluorescence::colours).or_else(|| full().map(Fluorescence::full));
+    let found = found.ok_or_else(|| usage("fluorescence: no 3x3 or 6x6 matrix of numbers".into()))?;
+    Ok(Some(if gain { found.with_gain() } else { found }))
 }
 
 /// A matrix as an array of shape (2, 2).

@@ -1,4 +1,4 @@
-use crate::array::{colour, matrix, of_matrix};
+use crate::array::{colour, fluorescence, matrix, of_matrix};
 use crate::errors::usage;
 use crate::options::{Options, halves, illumination};
 use crate::texture;
@@ -16,6 +16,9 @@ use std::sync::{Mutex, MutexGuard};
 /// Colours are three linear numbers, or one for grey. `emission` is a radiance (W m⁻² sr⁻¹). Of what is transmitted `thin` makes a
 /// pane, else a solid that refracts; `absorption` (1/m) is that of its body. `textures` are arrays of uint8 of shape (height, width,
 /// channels), by what they say.
+///
+/// `fluorescence` is what its diffuse lobe re-radiates: a 3×3 matrix (rows are the colours that leave), or the 6×6 matrix of the paper's
+/// eq. 17; where more leaves than came, `gain` says that this is wanted.
 ///
 /// `illumination`, `opaque` and `straight` may be changed at any time; what is rendered later shows it.
 #[pyclass(frozen, module = "halflight")]
@@ -52,6 +55,7 @@ impl Material {
                     (matter.illumination, matter.opaque, matter.straight);
                 (made.backs, made.absorption, made.dispersion) =
                     (matter.backs, matter.absorption, matter.dispersion);
+                made.fluorescence = matter.fluorescence;
                 made
             }
             _ => matter,
@@ -78,7 +82,7 @@ impl Material {
     #[new]
     #[pyo3(
         signature = (name, **more),
-        text_signature = "(name, *, base_color=1, metallic=0, roughness=1, specular=1, specular_color=1, transmission=0, ior=1.5, thin=False, absorption=0, dispersion=0, diffuse_transmission=0, diffuse_transmission_color=1, clearcoat=0, clearcoat_roughness=0, sheen_color=0, sheen_roughness=0, iridescence=0, iridescence_ior=1.3, iridescence_thickness=(100, 400), anisotropy=0, anisotropy_rotation=0, alpha=1, alpha_mode='opaque', alpha_cutoff=0.5, emission=0, halves='both', unlit=False, double_sided=False, backs='seen', textures=None, illumination=None, opaque=None, straight=None)"
+        text_signature = "(name, *, base_color=1, metallic=0, roughness=1, specular=1, specular_color=1, transmission=0, ior=1.5, thin=False, absorption=0, dispersion=0, diffuse_transmission=0, diffuse_transmission_color=1, clearcoat=0, clearcoat_roughness=0, sheen_color=0, sheen_roughness=0, iridescence=0, iridescence_ior=1.3, iridescence_thickness=(100, 400), anisotropy=0, anisotropy_rotation=0, alpha=1, alpha_mode='opaque', alpha_cutoff=0.5, emission=0, halves='both', unlit=False, double_sided=False, backs='seen', textures=None, illumination=None, opaque=None, straight=None, fluorescence=None, gain=False)"
     )]
     fn new(name: String, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Material()", more)?;
@@ -100,6 +104,8 @@ impl Material {
         matter.illumination = more.read("illumination", illumination)?;
         matter.opaque = more.read("opaque", |value| matrix(value, "opaque"))?.flatten();
         matter.straight = more.read("straight", |value| matrix(value, "straight"))?.flatten();
+        let gain = more.get("gain", "True or False")?.unwrap_or(false);
+        matter.fluorescence = more.read("fluorescence", |value| fluorescence(value, gain))?.flatten();
         more.finish()?;
         Ok(Self { inner: Mutex::new(Made { matter, pbr: Some(pbr) }) })
     }

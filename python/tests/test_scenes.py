@@ -181,6 +181,7 @@ def test_a_furnace_of_a_constant_environment_is_as_bright_as_it():
         (lambda: hl.Material("m", base_color=-1), hl.UsageError, "base_color"),
         (lambda: hl.Material("m", straight=[[1, 2]]), hl.UsageError, "no 2x2 matrix"),
         (lambda: hl.Material("m", opaque=[[1, -2], [0, 0]]), hl.UsageError, "none of them negative"),
+        (lambda: hl.Material("m", fluorescence=[[1, 0], [0, 0]]), hl.UsageError, "no 3x3 or 6x6 matrix"),
         (lambda: hl.Material("m", textures={"x": np.zeros((2, 2), np.uint8)}), hl.UsageError, "there is no `x`"),
         (lambda: hl.Material("m", textures={"base_color": np.zeros((2, 2))}), hl.UsageError, "uint8"),
         (lambda: hl.Luminaire.point((0, 0), 1), hl.UsageError, "position: not three numbers"),

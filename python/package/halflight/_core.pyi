@@ -161,6 +161,8 @@ class Material:
         illumination: Illumination | None = None,
         opaque: Numbers | None = None,
         straight: Numbers | None = None,
+        fluorescence: Numbers | None = None,
+        gain: bool = False,
     ) -> None: ...
     @staticmethod
     def diffuse(name: str, albedo: Color | None = None, *, emission: Color | None = None) -> Material: ...
