@@ -149,6 +149,16 @@ def test_vertex_colours_multiply_the_base_colour():
     assert agrees(found, expected) and not agrees(found, 1.02 * expected)
 
 
+def test_a_dye_sends_out_blue_light_as_green():
+    scene = hl.Scene(camera=hl.Camera((0, 1, 0.001), (0, 0, 0), yfov=0.1))
+    matter = hl.Material("Floor", base_color=0.1, specular=0, fluorescence=[[0, 0, 0], [0, 0, 0.4], [0, 0, 0]])
+    square = [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
+    scene.add_mesh(square, [[0, 1, 2], [0, 2, 3]], material=matter)
+    scene.add_luminaire(hl.Luminaire.point((0, 2, 0), (0, 0, 1)))
+    seen = hl.render(scene, size=(8, 8), passes=2, photons=1000).visible.mean(axis=(0, 1))
+    assert seen[0] == 0 and agrees(seen[1] / seen[2], 4)
+
+
 def test_a_furnace_of_a_constant_environment_is_as_bright_as_it():
     scene = hl.Scene(camera=hl.Camera((0, 0, 5), (0, 0, 0), yfov=0.2), environment="0.5")
     scene.add_sphere((0, 0, 0), 1, material=hl.Material.mirror("Ball", 1))

@@ -24,8 +24,8 @@ const HALVINGS: i32 = 6;
 /// For example: halflight compare builtin:caustic-box --time 60s --reference-time 30m -o docs/error-vs-time/caustic-box
 #[derive(clap::Args, Clone, Debug)]
 pub struct CompareArgs {
-    /// Scenes: .gltf or .glb files, or builtin:caustic-box, builtin:cornell-spheres, builtin:two-spheres,
-    /// builtin:concentric
+    /// Scenes: .gltf or .glb files, or builtin:caustic-box, builtin:cornell-spheres,
+    /// builtin:fluorescent-box, builtin:two-spheres, builtin:concentric
     #[arg(value_name = "SCENE", default_value = "builtin:caustic-box")]
     pub(super) scenes: Vec<PathBuf>,
     /// Which scene of files that have several, as in `render`

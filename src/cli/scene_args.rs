@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// Which scene, in which light.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
-    /// A .gltf or .glb file, or a built-in scene: builtin:caustic-box, builtin:cornell-spheres, builtin:two-spheres,
-    /// builtin:concentric.
+    /// A .gltf or .glb file, or a built-in scene: builtin:caustic-box, builtin:cornell-spheres,
+    /// builtin:fluorescent-box, builtin:two-spheres, builtin:concentric.
     #[arg(default_value = "builtin:caustic-box")]
     pub scene: PathBuf,
 

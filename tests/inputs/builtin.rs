@@ -46,9 +46,13 @@ fn files_agree_with_the_scenes_they_were_made_from() {
 
 #[test]
 fn walls_look_inward_and_balls_outward() {
-    for name in
-        ["builtin:caustic-box", "builtin:cornell-spheres", "builtin:concentric", "builtin:two-spheres"]
-    {
+    for name in [
+        "builtin:caustic-box",
+        "builtin:cornell-spheres",
+        "builtin:fluorescent-box",
+        "builtin:concentric",
+        "builtin:two-spheres",
+    ] {
         let scene = Scene::load(name).expect(name);
         let mut volume = vec![0.0_f64; scene.surfaces.len()];
         for (index, surface) in scene.mesh.surface.iter().enumerate() {

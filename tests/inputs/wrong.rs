@@ -195,6 +195,19 @@ fn wrong_facts_of_ours_name_their_owner() {
     expect(skin(json!({ "illumination": "globel" })), &["material `Skin`", "globel", "one-bounce"]);
     expect(skin(json!({ "illumination": [0.5, 2] })), &["material `Skin`", "[0.5,2]", "0…1"]);
     expect(skin(json!({ "illumination": 3 })), &["material `Skin`", "illumination"]);
+    let rows = json!([[0, 0, 0.1], [0, 0, 0.95], [0, 0, 0]]);
+    expect(
+        skin(json!({ "fluorescence": rows })),
+        &["material `Skin`", "of blue light its fluorescence sends out", "\"gain\": true"],
+    );
+    assert!(skin(json!({ "fluorescence": { "matrix": rows, "gain": true } })).load().is_ok());
+    let mut six = [[0.0; 6]; 6];
+    six[3][4] = -0.5;
+    expect(
+        skin(json!({ "fluorescence": { "matrix": six } })),
+        &["material `Skin`", "visible green←invisible blue is -0.5"],
+    );
+    expect(skin(json!({ "fluorescence": [1, 0] })), &["material `Skin`", "fluorescence", "three rows"]);
     expect(skin(json!({ "opaque": [1, 0, 0] })), &["material `Skin`", "opaque", "four numbers"]);
     expect(skin(json!({ "straight": "no" })), &["material `Skin`", "straight", "four numbers"]);
     expect(skin(json!({ "straight": [1, 0, 0, -1] })), &["material `Skin`", "straight"]);
