@@ -3,8 +3,10 @@
 use crate::agreement::{mixed, must_agree_in};
 use crate::support::{Build, diffuse, look, measure, small};
 use glam::{Mat3, Vec3};
-use halflight::light::Light;
+use halflight::emission::Emitters;
+use halflight::light::{Invisible, Light, Power};
 use halflight::plan::{Direct, Method, Settings};
+use halflight::sampling::Sobol;
 use halflight::scene::{Illumination, Luminaire, Profile, Scene};
 use std::f64::consts::PI;
 
@@ -18,7 +20,7 @@ fn floor(at: Vec3, albedo: f32) -> Scene {
     let mut build = Build::new(Illumination::LOCAL, look(at + Vec3::new(0.5, 2.0, 2.0), at));
     let material = build.material("Floor", diffuse(albedo));
     build.quad(Vec3::new(-40.0, 0.0, -40.0), 80.0 * Vec3::Z, 80.0 * Vec3::X, material);
-    build.yfov(0.01);
+    build.yfov(0.001);
     let down = Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y);
     let profile = build.0.profile(Profile::parse(IES).expect("a good file").turned(down));
     let intensity = Light::both(Vec3::splat(2.0));
@@ -78,9 +80,6 @@ fn photons_and_paths_agree_on_what_it_lights() {
 
 #[test]
 fn its_photons_carry_its_power_to_each_part_of_a_floor() {
-    use halflight::emission::Emitters;
-    use halflight::light::Invisible;
-    use halflight::sampling::Sobol;
     let scene = floor(Vec3::ZERO, 0.8);
     let emitters = Emitters::<Invisible>::new(&scene).expect("a lamp");
     let n = 1 << 17;
@@ -88,7 +87,7 @@ fn its_photons_carry_its_power_to_each_part_of_a_floor() {
     let (mut all, mut cone) = (0.0, 0.0);
     for i in 0..n {
         let emitted = emitters.emit(n, sobol.point(i, 0));
-        let power = f64::from(halflight::light::Power::total(&emitted.power)) / 3.0;
+        let power = f64::from(emitted.power.total()) / 3.0;
         all += power;
         if emitted.direction.y < -0.5 {
             cone += power;
