@@ -23,6 +23,13 @@ fn png<const N: usize>(pixels: &[[u8; N]]) -> Vec<u8> {
     file
 }
 
+/// The same pixels, each 16 × 16 times.
+fn enlarged<const N: usize>(pixels: &[[u8; N]]) -> Vec<[u8; N]> {
+    let side = (pixels.len() as f64).sqrt() as usize;
+    let all = 16 * side;
+    (0..all * all).map(|i| pixels[i / all / 16 * side + i % all / 16]).collect()
+}
+
 /// The small file in a cube of pictures, whose light has more to say.
 fn cube(side: u32, faces: &[Vec<u8>], more: &Value) -> Small {
     let uri = |face: &Vec<u8>| format!("data:image/png;base64,{}", STANDARD.encode(face));
@@ -88,8 +95,8 @@ const COLOURS: [([u8; 3], Vec3); 6] = [
 ];
 
 fn coloured(more: &Value) -> Scene {
-    let faces: Vec<_> = COLOURS.iter().map(|(colour, _)| png(&[*colour; 4])).collect();
-    cube(2, &faces, more).good()
+    let faces: Vec<_> = COLOURS.iter().map(|(colour, _)| png(&enlarged(&[*colour]))).collect();
+    cube(16, &faces, more).good()
 }
 
 fn rgb(colour: [u8; 3]) -> Vec3 {
@@ -132,8 +139,8 @@ fn its_rotation_turns_it_counter_clockwise_about_the_axis() {
 #[test]
 fn faces_are_seen_from_within_and_not_in_a_mirror() {
     // Upper left red, upper right green, lower left blue, lower right white.
-    let quarters = png(&[[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]);
-    let scene = cube(2, &vec![quarters; 6], &json!({})).good();
+    let quarters = png(&enlarged(&[[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]));
+    let scene = cube(32, &vec![quarters; 6], &json!({})).good();
     for ((_, ahead), up) in COLOURS.iter().zip([Vec3::Y, Vec3::Y, Vec3::NEG_Z, Vec3::Z, Vec3::Y, Vec3::Y]) {
         let right = ahead.cross(up);
         for (across, down, expected) in
@@ -148,8 +155,8 @@ fn faces_are_seen_from_within_and_not_in_a_mirror() {
 #[test]
 fn options_and_extras_stand_over_it_and_turn_and_dim_it() {
     let small = |extras: Value| {
-        let faces: Vec<_> = COLOURS.iter().map(|(colour, _)| png(&[*colour; 4])).collect();
-        cube(2, &faces, &json!({ "intensity": 3 })).with("/scenes/0/extras", extras)
+        let faces: Vec<_> = COLOURS.iter().map(|(colour, _)| png(&enlarged(&[*colour]))).collect();
+        cube(16, &faces, &json!({ "intensity": 3 })).with("/scenes/0/extras", extras)
     };
     let dim = small(json!({ "environment-strength": 0.5, "environment-rotation": 90, "background": "0.25" }))
         .good();

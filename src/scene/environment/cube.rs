@@ -10,7 +10,8 @@ use std::f64::consts::{PI, TAU};
 pub(crate) struct Cube {
     /// Texels of a row.
     side: u32,
-    /// Linear RGB radiance, row by row from the upper left, finite and not negative.
+    /// Linear RGB radiance, row by row from the upper left, finite and not negative; with a border of one texel, which shows what
+    /// lies beyond the edge.
     faces: [Vec<[f32; 3]>; 6],
 }
 
@@ -24,7 +25,7 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
-/// Rows of a panorama: as many as keep the edges of coarse faces sharp.
+/// Rows of a panorama: as many as show how coarse faces go over into one another.
 const FEWEST_ROWS: u32 = 256;
 /// As many as are made in seconds: 8 million texels.
 const MOST_ROWS: u32 = 2048;
@@ -36,10 +37,10 @@ fn split(side: u32, rows: u32) -> u32 {
 
 impl Cube {
     /// Of faces of `side` × `side` texels, which are finite and not negative.
-    pub fn new(side: u32, faces: [Vec<[f32; 3]>; 6]) -> Self {
+    pub fn new(side: u32, faces: &[Vec<[f32; 3]>; 6]) -> Self {
         let count = side as usize * side as usize;
         assert!(side > 0 && faces.iter().all(|face| face.len() == count), "six faces of {side} × {side}");
-        Self { side, faces }
+        Self { side, faces: std::array::from_fn(|face| bordered(side, faces, face)) }
     }
 
     /// The same light as a panorama, as fine as the cube is on average.
@@ -72,34 +73,70 @@ impl Cube {
 
     /// What is seen in a direction of any length.
     fn seen(&self, to: Vec3) -> Vec3 {
-        let size = to.abs();
-        let axis = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let face = 2 * axis + usize::from(to[axis] < 0.0);
-        let (ahead, up) = FACES[face];
-        let axes = Mat3::from_cols(ahead.cross(up), up, ahead);
-        let place = axes.transpose() * to / size[axis];
-        self.at(face, [0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y])
+        let (face, place) = locate(to);
+        self.at(face, place)
     }
 
-    /// Bilinear between the middles of texels; beyond those at the edges goes on what is there.
+    /// Bilinear between the middles of texels, across edges too.
     fn at(&self, face: usize, place: [f32; 2]) -> Vec3 {
-        let last = self.side - 1;
-        let [(left, right, across), (above, below, down)] = place.map(|place| {
-            let x = (place * self.side as f32 - 0.5).clamp(0.0, last as f32);
-            let low = x as u32;
-            (low, (low + 1).min(last), x - low as f32)
+        let [(left, across), (above, down)] = place.map(|place| {
+            let x = place * self.side as f32 + 0.5;
+            let low = (x as u32).min(self.side);
+            (low, x - low as f32)
         });
-        let texel =
-            |x: u32, y: u32| Vec3::from_array(self.faces[face][y as usize * self.side as usize + x as usize]);
-        let row = |y: u32| texel(left, y).lerp(texel(right, y), across);
-        row(above).lerp(row(below), down)
+        let texel = |x: u32, y: u32| {
+            Vec3::from_array(self.faces[face][y as usize * (self.side as usize + 2) + x as usize])
+        };
+        let row = |y: u32| texel(left, y).lerp(texel(left + 1, y), across);
+        row(above).lerp(row(above + 1), down)
     }
+}
+
+/// The face that a direction of any length meets, and the place on it from its upper left, 0 to 1.
+fn locate(to: Vec3) -> (usize, [f32; 2]) {
+    let size = to.abs();
+    let axis = if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
+    let face = 2 * axis + usize::from(to[axis] < 0.0);
+    let place = axes(face).transpose() * to / size[axis];
+    (face, [0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y])
+}
+
+/// To the right, up and ahead of who looks at a face.
+fn axes(face: usize) -> Mat3 {
+    let (ahead, up) = FACES[face];
+    Mat3::from_cols(ahead.cross(up), up, ahead)
+}
+
+/// A face with the texels of its neighbours around it; at a corner the mean of the three that meet there.
+fn bordered(side: u32, faces: &[Vec<[f32; 3]>; 6], face: usize) -> Vec<[f32; 3]> {
+    let last = side - 1;
+    let texel = |face: usize, x: u32, y: u32| Vec3::from_array(faces[face][(y * side + x) as usize]);
+    // From −1 to `side`: what lies straight ahead there.
+    let beyond = |x: i64, y: i64| {
+        let share = |i: i64| (2.0 * i as f32 + 1.0) / side as f32 - 1.0;
+        let (face, place) = locate(axes(face) * Vec3::new(share(x), -share(y), 1.0));
+        let [x, y] = place.map(|place| ((place * side as f32) as u32).min(last));
+        texel(face, x, y)
+    };
+    let all = -1..=i64::from(side);
+    let inside = |i: i64| i.clamp(0, i64::from(last));
+    let at = |(x, y): (i64, i64)| {
+        let (near_x, near_y) = (inside(x), inside(y));
+        let own = || texel(face, near_x as u32, near_y as u32);
+        match (x == near_x, y == near_y) {
+            (true, true) => own(),
+            (false, false) => (own() + beyond(x, near_y) + beyond(near_x, y)) / 3.0,
+            _ => beyond(x, y),
+        }
+        .to_array()
+    };
+    all.clone().flat_map(|y| all.clone().map(move |x| (x, y))).map(at).collect()
 }
 
 /// Heights on the unit sphere in the middles of `split` parts of row `y` that have the same solid angle.
@@ -143,7 +180,7 @@ mod tests {
         ] {
             let mut faces = dark(side);
             faces[face][texel[1] as usize * side as usize + texel[0] as usize] = [1.0, 2.0, 1e4];
-            let found = integral(&Cube::new(side, faces).panorama());
+            let found = integral(&Cube::new(side, &faces).panorama());
             let expected = solid_angle(side, texel);
             let off = |over: f64| {
                 let each = [1.0, 2.0, 1e4].map(|light| over * expected * light);
@@ -161,10 +198,29 @@ mod tests {
     }
 
     #[test]
+    fn edges_and_corners_show_the_mean_of_the_faces_that_meet_there() {
+        let faces: [Vec<[f32; 3]>; 6] = std::array::from_fn(|face| vec![[face as f32; 3]; 16]);
+        let cube = Cube::new(4, &faces);
+        let near = |to: Vec3| cube.seen(to).x;
+        for (to, expected) in [
+            (Vec3::X, 0.0),
+            (Vec3::new(-1.0, 1.0, 0.3), 1.5),
+            (Vec3::new(0.2, -1.0, -1.0), 4.0),
+            (Vec3::new(1.0, 1.0, 1.0), 2.0),
+            (Vec3::new(-1.0, -1.0, -1.0), 3.0),
+        ] {
+            for off in [Vec3::ZERO, 1e-6 * Vec3::X, 1e-6 * Vec3::Y, 1e-6 * Vec3::Z] {
+                assert!((near(to + off) - expected).abs() < 1e-4, "{to}: {} for {expected}", near(to + off));
+            }
+        }
+    }
+
+    #[test]
     fn what_is_the_same_all_over_stays_so() {
         for side in [1, 3, 300] {
-            let faces = std::array::from_fn(|_| vec![[0.3, 7.0, 255.0]; (side * side) as usize]);
-            let panorama = Cube::new(side, faces).panorama();
+            let faces: [Vec<[f32; 3]>; 6] =
+                std::array::from_fn(|_| vec![[0.3, 7.0, 255.0]; (side * side) as usize]);
+            let panorama = Cube::new(side, &faces).panorama();
             assert_eq!(panorama.height(), (2 * side).max(256));
             for (x, y) in [(0, 0), (17, 200), (panorama.width() - 1, panorama.height() - 1)] {
                 let off = panorama.at(x, y) / Vec3::new(0.3, 7.0, 255.0) - 1.0;

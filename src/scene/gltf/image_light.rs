@@ -89,7 +89,7 @@ fn cube(light: &Value, images: &mut Images<'_>) -> Result<Cube, Reason> {
         })?);
     }
     let faces = read.try_into().map_err(|_| "has no six faces")?;
-    Ok(Cube::new(side, faces))
+    Ok(Cube::new(side, &faces))
 }
 
 /// How many texels a row of a face has.
