@@ -30,9 +30,9 @@ const FEWEST_ROWS: u32 = 256;
 /// As many as are made in seconds: 8 million texels.
 const MOST_ROWS: u32 = 2048;
 /// Places across and down a texel of a panorama of so many rows at which a cube is looked up: so many that a single bright texel
-/// keeps its power, and fewer where they take long and what is bright has more texels.
+/// keeps its power.
 fn split(side: u32, rows: u32) -> u32 {
-    (16 * side / rows).clamp(2, if rows > 1024 { 4 } else { 8 })
+    (8 * side / rows).clamp(2, 4)
 }
 
 impl Cube {
@@ -175,6 +175,8 @@ mod tests {
             (128, 1, [0, 64]),
             (128, 2, [3, 90]),
             (128, 3, [127, 127]),
+            (128, 2, [0, 127]),
+            (128, 5, [127, 1]),
             (64, 4, [63, 0]),
             (16, 5, [3, 2]),
         ] {
