@@ -258,6 +258,7 @@ fn luminaires(scene: &Scene) -> Vec<(String, Light)> {
             Luminaire::Point { .. } => "point light",
             Luminaire::Spot { .. } => "spot",
             Luminaire::Warn { .. } => "OpenGL's spot",
+            Luminaire::Profile { .. } => "measured lamp",
             Luminaire::Directional { .. } => "parallel light (power is that on the scene)",
             Luminaire::Sun { .. } => "sun (power is that on the scene)",
             Luminaire::Environment { .. } => "environment (power is that on the scene)",

@@ -323,6 +323,9 @@ fn connect(scene: &Scene, luminaire: &Luminaire, point: &SurfacePoint, u: [f32; 
             };
             punctual(point, position, profile, intensity)
         }
+        Luminaire::Profile { position, intensity, profile } => {
+            punctual(point, position, |out, _| scene.profiles[profile as usize].at(out), intensity)
+        }
         Luminaire::Directional { direction, irradiance } => {
             let wi = -direction;
             let segment = Segment::from_towards(point, wi);

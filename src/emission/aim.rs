@@ -98,6 +98,18 @@ impl<P: Power> Emitters<'_, P> {
                     profile * warn_falloff(attenuation, square.sqrt()) / square * total(intensity);
                 Some(Aimed { start: start(place, turn), to, from: Some(Origin::Point(position)), irradiance })
             }
+            Luminaire::Profile { position, intensity, profile } => {
+                let (to, square) = way(at, position)?;
+                let profile = &self.scene.profiles[profile as usize];
+                let irradiance = profile.at(-to) * total(intensity) / square;
+                let turn = profile.numbers(-to)?;
+                (irradiance > 0.0).then(|| Aimed {
+                    start: start(place, turn),
+                    to,
+                    from: Some(Origin::Point(position)),
+                    irradiance,
+                })
+            }
             Luminaire::Directional { direction, irradiance } => {
                 let place = self.seen_from_afar(at, direction);
                 Some(Aimed {
@@ -183,7 +195,9 @@ mod tests {
     use super::*;
     use crate::light::Light;
     use crate::sampling::Sobol;
-    use crate::scene::{Camera, Emission, Environment, Material, Projection, Scene, Shape, versine_between};
+    use crate::scene::{
+        Camera, Emission, Environment, Material, Profile, Projection, Scene, Shape, versine_between,
+    };
 
     /// A lamp that shines on both sides, one luminaire of each other kind, and an even sky.
     fn scene() -> Scene {
@@ -198,7 +212,10 @@ mod tests {
         let (position, direction) = (Vec3::new(-0.5, 0.2, 0.1), Vec3::new(0.6, 0.0, -0.8));
         let cone = SpotCone::of_angles(0.2, 0.7);
         let attenuation = [1.0, 0.5, 0.2];
+        let ies = b"TILT=NONE\n1 -1 1 3 3 1 2 0 0 0 1 1 60 0 60 180 0 90 180 9 5 1 9 2 1 9 1 1";
+        let profile = scene.profile(Profile::parse(ies).expect("a good file"));
         for luminaire in [
+            Luminaire::Profile { position: -position, intensity: light, profile },
             Luminaire::Point { position, intensity: light },
             Luminaire::Spot { position, direction, intensity: light, cone },
             Luminaire::Warn { position, direction, intensity: light, exponent: 4.0, attenuation },
@@ -261,6 +278,10 @@ mod tests {
                 let cos = (-to.dot(direction)).max(0.0);
                 let profile = if exponent == 0.0 { 1.0 } else { cos.powf(exponent) };
                 12.0 * profile * warn_falloff(attenuation, square.sqrt()) / square
+            }
+            Luminaire::Profile { position, profile, .. } => {
+                let (to, square) = way(at, position).expect("apart");
+                12.0 * scene.profiles[profile as usize].at(-to) / square
             }
             Luminaire::Directional { .. } => 12.0,
             // On a surface that faces each direction of it.

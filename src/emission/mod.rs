@@ -45,7 +45,7 @@ struct Start {
     direction: Vec3,
     falloff: Falloff,
     beam: Beam,
-    /// Density of the direction (sr⁻¹), where an environment shines unevenly: its power goes with it.
+    /// Density of the direction (sr⁻¹), where a luminaire shines unevenly: its power goes with it.
     density: Option<f32>,
 }
 
@@ -139,6 +139,10 @@ impl<'a, P: Power> Emitters<'a, P> {
                 let fluence = over * self.scene.radiance_from(luminaire, -start.direction);
                 Luminaire::Environment { fluence }.power(self.radius)
             }
+            Luminaire::Profile { intensity, profile, .. } => {
+                let over = start.density.map_or(0.0, |density| 1.0 / density);
+                (over * self.scene.profiles[profile as usize].at(start.direction)) * intensity
+            }
             _ => luminaire.power(self.radius),
         }
     }
@@ -181,6 +185,11 @@ impl<'a, P: Power> Emitters<'a, P> {
                 };
                 let pdf = 0.5 * FRAC_1_PI * (exponent + 1.0) * out.dot(direction).abs().powf(exponent);
                 (position, out, Falloff::Warn(attenuation), Beam::from_point(out, pdf))
+            }
+            Luminaire::Profile { position, profile, .. } => {
+                let (out, density) = self.scene.profiles[profile as usize].sample(turn);
+                of_direction = Some(density);
+                (position, out, Falloff::Physical, Beam::from_point(out, density))
             }
             Luminaire::Directional { direction, .. } => {
                 (self.distant(direction, place), direction, Falloff::Physical, self.parallel(direction))

@@ -146,11 +146,12 @@ impl Luminaires {
             }
             Luminaire::Point { position, .. }
             | Luminaire::Spot { position, .. }
-            | Luminaire::Warn { position, .. } => {
+            | Luminaire::Warn { position, .. }
+            | Luminaire::Profile { position, .. } => {
                 let offset = position - at.position;
                 let distance = offset.length();
                 let to = offset / distance;
-                let irradiance = irradiance_from(&scene.luminaires[index], distance, -to);
+                let irradiance = irradiance_from(scene, &scene.luminaires[index], distance, -to);
                 let segment = Segment::between(at, position)?;
                 let light = (1.0 / probability) * irradiance;
                 Some(Connection { to, segment, light, pdf_solid_angle: None })
@@ -182,7 +183,7 @@ fn reads_visible(scene: &Scene) -> bool {
 }
 
 /// Irradiance on a surface that faces a punctual luminaire at `distance`, in unit direction `out` from it; W m⁻².
-fn irradiance_from(luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
+fn irradiance_from(scene: &Scene, luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
     let square = distance * distance;
     match *luminaire {
         Luminaire::Point { intensity, .. } => (1.0 / square) * intensity, // paper eq. 2
@@ -198,6 +199,9 @@ fn irradiance_from(luminaire: &Luminaire, distance: f32, out: Vec3) -> Light {
                 _ => 0.0,
             };
             (angular / (a0 + a1 * distance + a2 * square)) * intensity
+        }
+        Luminaire::Profile { intensity, profile, .. } => {
+            (scene.profiles[profile as usize].at(out) / square) * intensity
         }
         Luminaire::Triangle { .. }
         | Luminaire::Directional { .. }

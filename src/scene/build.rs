@@ -4,7 +4,7 @@ use super::assembly::{Assembly, assemble};
 use super::centre::Eye;
 use super::check::check;
 use super::names::{listed, one_line};
-use super::{Camera, Environment, Illumination, Luminaire, Material, Scene, Shape};
+use super::{Camera, Environment, Illumination, Luminaire, Material, Profile, Scene, Shape};
 use crate::error::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -21,6 +21,8 @@ pub struct SceneBuilder {
     pub shapes: Vec<Shape>,
     /// What shines beside the triangles whose material does, which are found.
     pub luminaires: Vec<Luminaire>,
+    /// How those of them shine that were measured; they refer by index.
+    pub profiles: Vec<Profile>,
     /// From where it is seen; there must be one.
     pub camera: Option<Camera>,
     /// The scene's default illumination. None: global.
@@ -41,6 +43,7 @@ impl SceneBuilder {
             materials: Vec::new(),
             shapes: Vec::new(),
             luminaires: Vec::new(),
+            profiles: Vec::new(),
             camera: None,
             illumination: None,
             environment: None,
@@ -90,10 +93,16 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds what shines without being a shape: point, spot, Warn and directional lights, suns.
+    /// Adds what shines without being a shape: point, spot, Warn and directional lights, measured lamps, suns.
     pub fn luminaire(&mut self, luminaire: Luminaire) -> &mut Self {
         self.luminaires.push(luminaire);
         self
+    }
+
+    /// Adds how a lamp shines and returns its index, which [`Luminaire::Profile`] refers to it by.
+    pub fn profile(&mut self, profile: Profile) -> u32 {
+        self.profiles.push(profile);
+        self.profiles.len() as u32 - 1
     }
 
     /// The scene, its matrices resolved for its own illumination; [`Scene::illuminate`] resolves them for another.
@@ -125,7 +134,8 @@ impl SceneBuilder {
             match luminaire {
                 Luminaire::Point { position, .. }
                 | Luminaire::Spot { position, .. }
-                | Luminaire::Warn { position, .. } => *position = local(*position),
+                | Luminaire::Warn { position, .. }
+                | Luminaire::Profile { position, .. } => *position = local(*position),
                 Luminaire::Triangle { .. }
                 | Luminaire::Directional { .. }
                 | Luminaire::Sun { .. }
@@ -150,6 +160,7 @@ impl SceneBuilder {
             surfaces: assembly.surfaces,
             materials: self.materials,
             luminaires: assembly.luminaires,
+            profiles: self.profiles,
             camera,
             origin: assembly.origin,
             illumination: self.illumination,

@@ -1,7 +1,9 @@
 //! What a [`SceneBuilder`] refuses: each reason names the thing and what it may be.
 
 use super::illumination::{matrix_from, square_from};
-use super::{Camera, Illumination, Lens, Luminaire, Material, Matter, Pbr, Projection, SceneBuilder, Shape};
+use super::{
+    Camera, Illumination, Lens, Luminaire, Material, Matter, Pbr, Profile, Projection, SceneBuilder, Shape,
+};
 use crate::light::{Light, Matrix};
 use crate::optics::Lobe;
 use glam::{Vec3, Vec4};
@@ -21,7 +23,7 @@ pub(super) fn check(scene: &SceneBuilder, camera: &Camera) -> Result<(), Reason>
             .map_err(|what| format!("shape `{}`: {what}", shape.name))?;
     }
     for (i, luminaire) in scene.luminaires.iter().enumerate() {
-        check_luminaire(luminaire).map_err(|what| format!("luminaire {i}: {what}"))?;
+        check_luminaire(luminaire, &scene.profiles).map_err(|what| format!("luminaire {i}: {what}"))?;
     }
     scene.illumination.map_or(Ok(()), check_illumination)?;
     if scene.origin.is_some_and(|origin| !origin.is_finite()) {
@@ -166,7 +168,7 @@ fn check_pattern(pattern: &Pbr) -> Result<(), Reason> {
     }
 }
 
-fn check_luminaire(luminaire: &Luminaire) -> Result<(), Reason> {
+fn check_luminaire(luminaire: &Luminaire, profiles: &[Profile]) -> Result<(), Reason> {
     let (position, direction, light) = match *luminaire {
         Luminaire::Triangle { .. } => {
             return Err("triangles shine by the emission of their material; give it one".into());
@@ -181,6 +183,15 @@ fn check_luminaire(luminaire: &Luminaire) -> Result<(), Reason> {
                 ));
             }
             (position, Some(direction), intensity)
+        }
+        Luminaire::Profile { position, intensity, profile } => {
+            let Some(profile) = profiles.get(profile as usize) else {
+                return Err(format!("there is no profile {profile}; the scene has {}", profiles.len()));
+            };
+            if !profile.is_upright() {
+                return Err("the axes of its profile are not of length 1 and square to each other".into());
+            }
+            (position, None, intensity)
         }
         Luminaire::Directional { direction, irradiance } => (Vec3::ZERO, Some(direction), irradiance),
         Luminaire::Sun { direction, radiance, versine } => {

@@ -5,7 +5,7 @@ use super::material::Follows;
 use super::texture::{Image, Sampler, Texture, Wrap};
 use super::{
     Alpha, Anisotropy, Background, Backs, Camera, Emission, Environment, Factor, Lens, Luminaire, Material,
-    Mesh, NormalMap, Pbr, Projection, Scene, SpotCone, Surface, VertexColours,
+    Mesh, NormalMap, Pbr, Profile, Projection, Scene, SpotCone, Surface, VertexColours,
 };
 use crate::light::{Light, Matrix};
 use crate::optics::{
@@ -204,6 +204,7 @@ impl Fields for Scene {
             surfaces,
             materials,
             luminaires,
+            profiles,
             camera,
             environment,
             skies: _,
@@ -215,6 +216,14 @@ impl Fields for Scene {
         } = self;
         (mesh, (surfaces, (materials, (luminaires, camera)))).feed(fnv);
         environment.iter().for_each(|environment| environment.feed(fnv));
+        profiles.iter().for_each(|profile| profile.feed(fnv));
+    }
+}
+
+impl Fields for Profile {
+    fn feed(&self, fnv: &mut Fnv) {
+        let (digest, axes) = self.parts();
+        (MORE, (digest, axes.to_cols_array())).feed(fnv);
     }
 }
 
@@ -381,6 +390,9 @@ impl Fields for Luminaire {
             Self::Directional { direction, irradiance } => (4_u32, (direction, irradiance)).feed(fnv),
             Self::Sun { direction, radiance, versine } => (5_u32, (direction, (radiance, versine))).feed(fnv),
             Self::Environment { fluence } => (6_u32, fluence).feed(fnv),
+            Self::Profile { position, intensity, profile } => {
+                (7_u32, (position, (intensity, profile))).feed(fnv);
+            }
         }
     }
 }

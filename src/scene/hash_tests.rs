@@ -245,3 +245,19 @@ fn whatever_decides_a_pattern_changes_the_hash() {
     assert_eq!(renamed.hash(), start().hash());
     assert_eq!(start().hash(), seen[0]);
 }
+
+#[test]
+fn what_a_lamp_was_measured_to_send_and_how_it_hangs_are_part_of_the_hash() {
+    let lamp = |ahead: u32, turn: f32| {
+        let mut scene = tiny();
+        let ies = format!("TILT=NONE\n1 -1 1 2 1 1 2 0 0 0 1 1 60 0 90 0 {ahead} 1");
+        let profile = Profile::parse(ies.as_bytes()).unwrap();
+        scene.profiles.push(profile.turned(glam::Mat3::from_rotation_x(turn)));
+        let intensity = Light::both(Vec3::ONE);
+        scene.luminaires.push(Luminaire::Profile { position: Vec3::ONE, intensity, profile: 0 });
+        scene.hash()
+    };
+    assert_eq!(lamp(2, 0.0), lamp(2, 0.0));
+    let hashes = std::collections::HashSet::from([tiny().hash(), lamp(2, 0.0), lamp(3, 0.0), lamp(2, 1.0)]);
+    assert_eq!(hashes.len(), 4);
+}

@@ -70,6 +70,15 @@ pub enum Luminaire {
         /// a₀, a₁ (m⁻¹), a₂ (m⁻²), not negative, not all zero.
         attenuation: [f32; 3],
     },
+    /// A lamp whose intensity differs by direction as it was measured.
+    Profile {
+        /// Where, scene space.
+        position: Vec3,
+        /// The mean over all directions, W sr⁻¹.
+        intensity: Light,
+        /// Index into the scene's [`Profile`](super::Profile)s.
+        profile: u32,
+    },
     /// Parallel light from far away.
     Directional {
         /// Unit vector along which the light travels.
@@ -171,7 +180,7 @@ impl Luminaire {
                 let sides = if emission.two_sided { 2.0 } else { 1.0 };
                 (sides * PI * area) * emission.radiance
             }
-            Self::Point { intensity, .. } => (2.0 * TAU) * intensity,
+            Self::Point { intensity, .. } | Self::Profile { intensity, .. } => (2.0 * TAU) * intensity,
             Self::Spot { intensity, cone, .. } => cone.solid_angle() * intensity,
             Self::Warn { intensity, exponent, attenuation, .. } => {
                 let directions = if exponent == 0.0 { 2.0 * TAU } else { TAU / (exponent + 1.0) };
@@ -199,9 +208,10 @@ impl Luminaire {
     pub(crate) fn light(&self) -> Light {
         match *self {
             Self::Triangle { emission, .. } => emission.radiance,
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Warn { intensity, .. } => {
-                intensity
-            }
+            Self::Point { intensity, .. }
+            | Self::Spot { intensity, .. }
+            | Self::Warn { intensity, .. }
+            | Self::Profile { intensity, .. } => intensity,
             Self::Directional { irradiance, .. } => irradiance,
             Self::Sun { radiance, .. } => radiance,
             Self::Environment { fluence } => fluence,
@@ -212,9 +222,10 @@ impl Luminaire {
     pub(crate) fn light_mut(&mut self) -> &mut Light {
         match self {
             Self::Triangle { emission, .. } => &mut emission.radiance,
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Warn { intensity, .. } => {
-                intensity
-            }
+            Self::Point { intensity, .. }
+            | Self::Spot { intensity, .. }
+            | Self::Warn { intensity, .. }
+            | Self::Profile { intensity, .. } => intensity,
             Self::Directional { irradiance, .. } => irradiance,
             Self::Sun { radiance, .. } => radiance,
             Self::Environment { fluence } => fluence,

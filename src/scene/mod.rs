@@ -47,6 +47,7 @@ mod hash;
 #[cfg(test)]
 mod hash_tests;
 mod illumination;
+mod lm63;
 mod luminaire;
 mod material;
 mod matter_at;
@@ -55,9 +56,11 @@ pub(crate) mod names;
 mod part;
 mod pbr;
 mod pose;
+mod profile;
 mod shape;
 pub mod texture;
 mod uneven;
+mod web;
 
 pub use build::SceneBuilder;
 pub use camera::{Camera, Lens, Projection, View};
@@ -74,6 +77,7 @@ pub use part::Part;
 pub(crate) use part::Parts;
 pub use pbr::{Alpha, Anisotropy, Factor, NormalMap, Parameters, Pbr, VertexColours};
 pub use pose::Pose;
+pub use profile::Profile;
 pub use shape::Shape;
 pub use texture::Inputs;
 
@@ -97,6 +101,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// What shines.
     pub luminaires: Vec<Luminaire>,
+    /// How those of them shine that were measured.
+    pub profiles: Vec<Profile>,
     /// From where it is seen.
     pub camera: Camera,
     /// World position (m) of the point that `mesh` and `camera` call zero.
@@ -366,10 +372,11 @@ impl Scene {
         images
     }
 
-    /// What they take in memory, and the environment.
+    /// What they take in memory, and the environment, and how lamps shine that were measured.
     pub fn image_bytes(&self) -> usize {
         let environment = self.environment.as_ref().map_or(0, |environment| environment.bytes());
-        self.images().iter().map(|image| image.bytes()).sum::<usize>() + environment
+        let profiles: usize = self.profiles.iter().map(Profile::bytes).sum();
+        self.images().iter().map(|image| image.bytes()).sum::<usize>() + environment + profiles
     }
 
     /// The surface that a triangle belongs to.

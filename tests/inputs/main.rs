@@ -7,6 +7,8 @@ mod builtin;
 mod damage;
 mod field;
 mod files;
+mod ies;
+mod image_light;
 mod images;
 mod loose;
 mod noise;

@@ -14,7 +14,12 @@ fn rich() -> Small {
     let extras = serde_json::json!({ "illumination": [0.5, 0.5], "emission": "both", "thin": false });
     let glass = serde_json::json!({ "KHR_materials_transmission": { "transmissionFactor": 0.5 },
         "KHR_materials_emissive_strength": { "emissiveStrength": 2 } });
-    Small::new()
+    let profile = "data:;base64,VElMVD1OT05FCjEgLTEgMSAyIDEgMSAyIDAgMCAwIDEgMSA2MCAwIDkwIDAgNSA1";
+    let mut small = Small::new();
+    let lamp = serde_json::json!({ "light": 0, "multiplier": 2, "color": [1, 1, 0] });
+    small.json["nodes"][0]["extensions"] = serde_json::json!({ "EXT_lights_ies": lamp });
+    small.json["extensions"]["EXT_lights_ies"] = serde_json::json!({ "lights": [{ "uri": profile }] });
+    small
         .with("/materials/0/extras", extras)
         .with("/materials/0/extensions", glass)
         .with("/materials/0/emissiveFactor", serde_json::json!([1, 1, 1]))

@@ -272,7 +272,7 @@ fn what_is_not_supported_is_told_once_by_name() {
     let scene = Small::new()
         .with("/animations", json!([{}]))
         .with("/textures", json!([{}]))
-        .with("/extensionsUsed", json!(["EXT_lights_image_based", "KHR_materials_clearcoat", "KHR_texture_basisu"]))
+        .with("/extensionsUsed", json!(["KHR_lights_environment", "KHR_materials_clearcoat", "KHR_texture_basisu"]))
         .with("/nodes/0/extensions", json!({ "MSFT_lod": {} }))
         .with("/nodes/1/extras", json!({ "illumination": "local" }))
         .with("/materials/0", json!({ "name": "Skin", "alphaMode": "BLEND", "normalTexture": texture,
@@ -290,7 +290,7 @@ fn what_is_not_supported_is_told_once_by_name() {
         "is seen at rest; --pose [NAME:]SECONDS",
         "KHR_materials_velvet is not supported yet: Skin",
         "MSFT_lod is not supported: Body",
-        "EXT_lights_image_based",
+        "KHR_lights_environment",
         "did you mean `illumination`?",
         "extras `illumination` has no effect here",
     ] {

@@ -29,5 +29,6 @@ mod nearest;
 mod omissions;
 mod online_error;
 mod pilot;
+mod profile;
 mod square;
 mod textures;

@@ -33,10 +33,11 @@ pub fn placed(scene: &Scene, centre: DVec3, turn: DQuat, scale: f64) -> Scene {
     if let Some(environment) = &mut scene.environment {
         *environment = Arc::new(environment.turned(by));
     }
+    scene.profiles.iter_mut().for_each(|profile| *profile = profile.turned(by));
     for luminaire in scene.luminaires.iter_mut().chain(&mut scene.skies) {
         match luminaire {
             Luminaire::Triangle { area, .. } => *area *= size * size,
-            Luminaire::Point { position, intensity } => {
+            Luminaire::Point { position, intensity } | Luminaire::Profile { position, intensity, .. } => {
                 (*position, *intensity) = (place(*position), size * size * *intensity);
             }
             Luminaire::Spot { position, direction, intensity, .. } => {
@@ -81,7 +82,8 @@ fn middle(scene: &Scene, luminaire: &Luminaire) -> Option<Vec3> {
         Luminaire::Triangle { triangle, .. } => Some(scene.mesh.corners(triangle).iter().sum::<Vec3>() / 3.0),
         Luminaire::Point { position, .. }
         | Luminaire::Spot { position, .. }
-        | Luminaire::Warn { position, .. } => Some(position),
+        | Luminaire::Warn { position, .. }
+        | Luminaire::Profile { position, .. } => Some(position),
         _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! Light from infinity.
 
+mod cube;
 mod distribution;
 mod light;
 mod panorama;
@@ -10,6 +11,7 @@ mod studio;
 mod sun;
 mod surroundings;
 
+pub(crate) use cube::Cube;
 pub use light::{Background, Environment, upright};
 pub use panorama::Panorama;
 pub use read::Limits;
@@ -17,4 +19,5 @@ pub use sky::Sky;
 pub use source::{AtInfinity, Source};
 pub use studio::studio;
 pub use sun::{SUN_RADIUS, Sun};
+pub(crate) use surroundings::Shining;
 pub use surroundings::{Around, Surroundings};

@@ -31,6 +31,17 @@ pub enum Around {
     Source(Source),
 }
 
+/// What is ready to shine around a scene.
+pub(crate) struct Shining {
+    /// For messages.
+    pub name: String,
+    pub light: AtInfinity,
+    /// From its own space to the scene's: a rotation. None: they are one.
+    pub turn: Option<Mat3>,
+    /// What its radiance is multiplied by.
+    pub strength: f32,
+}
+
 impl FromStr for Around {
     type Err = String;
 
@@ -100,25 +111,38 @@ impl Scene {
             let why = "nothing is around it that could be turned, dimmed or hidden; add an environment";
             return if of_nothing { Err(Error::scene(&self.name, why)) } else { Ok(()) };
         };
-        let (rotation, strength) = (rotation.unwrap_or(0.0), strength.unwrap_or(1.0));
+        let of_scene = |e: Error| match folder {
+            Some(_) => Error::scene(&self.name, one_line(&format!("its environment: {e}"))),
+            None => e,
+        };
+        let light = source.load(folder, Limits::default()).map_err(of_scene)?;
+        let name = clean(&source.to_string());
+        self.surround_by(Shining { name, light, turn: None, strength: 1.0 }, around)
+    }
+
+    /// Puts it into what shines, turned, scaled and hidden as `around` says beside its source.
+    ///
+    /// # Errors
+    /// A strength that is negative or not finite; more power than single precision holds.
+    pub(in crate::scene) fn surround_by(&mut self, shining: Shining, around: &Surroundings) -> Result<()> {
+        let Shining { name, light: AtInfinity { panorama, sun }, turn, strength } = shining;
+        let rotation = around.rotation.unwrap_or(0.0);
+        let strength = strength * around.strength.unwrap_or(1.0);
         if !(strength >= 0.0 && strength.is_finite() && rotation.is_finite()) {
             let why = format!(
                 "its environment has strength {strength}, rotation {rotation}; a strength is 0 or more"
             );
             return Err(Error::scene(&self.name, why));
         }
-        let of_scene = |e: Error| match folder {
-            Some(_) => Error::scene(&self.name, one_line(&format!("its environment: {e}"))),
-            None => e,
-        };
-        let AtInfinity { panorama, sun } = source.load(folder, Limits::default()).map_err(of_scene)?;
-        let (turn, background) = (upright(rotation), background.unwrap_or_default());
+        let upright = upright(rotation);
+        let turn = turn.map_or(upright, |own| upright * own);
+        let background = around.background.unwrap_or_default();
         if let Some(sun) = sun.filter(|_| strength > 0.0) {
             let sun = luminaire(sun, turn, strength, background);
             self.luminaires.push(sun);
             self.skies.push(sun);
         }
-        self.surround(Environment::new(&clean(&source.to_string()), panorama, strength, turn, background));
+        self.surround(Environment::new(&name, panorama, strength, turn, background));
         let (_, radius) = self.bounding_sphere();
         let power = self.skies.iter().map(|sky| sky.power(radius).total()).sum::<f32>();
         if !power.is_finite() {

@@ -3,6 +3,7 @@
 
 use super::Reason;
 use super::unpack::{draco, meshopt};
+use super::{ies, image_light};
 use serde_json::Value;
 
 /// What becomes of an extension.
@@ -28,6 +29,8 @@ const KNOWN: &[(&str, Standing)] = &[
     ("KHR_materials_volume", Fine),
     ("KHR_mesh_quantization", Fine),
     ("KHR_texture_transform", Fine),
+    (ies::NAME, Fine),
+    (image_light::NAME, Fine),
     ("EXT_mesh_gpu_instancing", Fine),
     ("EXT_texture_webp", Fine),
     ("FB_ngon_encoding", Fine),

@@ -96,6 +96,7 @@ fn what_else(path: &Path) -> Reason {
 /// left out.
 pub(super) fn named(root: &Root, folder: &Path) -> Vec<PathBuf> {
     let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    let buffers = buffers.chain(super::ies::uris(root));
     let uris: BTreeSet<&str> =
         buffers.chain(root.images.iter().filter_map(|image| image.uri.as_deref())).collect();
     uris.into_iter().filter(|uri| !is_data(uri)).filter_map(|uri| locate(uri, folder).ok()).collect()

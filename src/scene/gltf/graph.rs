@@ -1,7 +1,7 @@
 use super::Reason;
 use super::notes::label;
 use crate::scene::names::clean;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
@@ -30,6 +30,18 @@ impl Placed<'_> {
     /// Where its origin is.
     pub fn position(&self) -> DVec3 {
         self.to_world.translation
+    }
+
+    /// Its axes in the world, of length 1 and square to each other: what shines along −Z does so from there, mirrored where the
+    /// node is.
+    pub fn upright(&self) -> Result<DMat3, Reason> {
+        let axes = self.to_world.matrix3;
+        let back = -self.forward()?;
+        let right = (axes.x_axis - axes.x_axis.dot(back) * back).try_normalize();
+        let right =
+            right.ok_or_else(|| format!("{} is scaled to nothing across; give it a scale", self.label()))?;
+        let up = back.cross(right) * axes.determinant().signum();
+        Ok(DMat3::from_cols(right, up, back))
     }
 
     /// The unit direction of its local −Z, along which cameras look and lights shine.

@@ -51,7 +51,7 @@ impl<'a> Images<'a> {
         let known = match self.known.get(&(image, encoding)) {
             Some(known) => known.clone(),
             None => {
-                let name = label("image", image, self.accessors.root.images[image].name.as_deref());
+                let name = self.name(image);
                 let made = self.decode(image, &name, encoding).map_err(|why| format!("{name}: {why}"));
                 self.known.insert((image, encoding), made.clone());
                 made
@@ -67,7 +67,7 @@ impl<'a> Images<'a> {
         glossiness: f32,
     ) -> Result<(Arc<Image>, Sampler), Reason> {
         let image = self.image_of(texture).ok_or("no image")?;
-        let name = label("image", image, self.accessors.root.images[image].name.as_deref());
+        let name = self.name(image);
         let Pixels { width, height, channels, .. } = self.pixels(image)?;
         let count = (width as usize * height as usize).max(1);
         let each = channels.len() / count;
@@ -80,6 +80,12 @@ impl<'a> Images<'a> {
         let made = Image::new(name, [width, height], texels, Encoding::Data).ok_or("no pixels")?;
         self.held += made.bytes() as u64;
         Ok((Arc::new(made), self.sampler_of(texture)))
+    }
+
+    /// How messages call an image, whether or not it is there.
+    pub fn name(&self, image: usize) -> String {
+        let source = self.accessors.root.images.get(image);
+        label("image", image, source.and_then(|source| source.name.as_deref()))
     }
 
     fn sampler_of(&self, texture: usize) -> Sampler {
@@ -115,6 +121,16 @@ impl<'a> Images<'a> {
         let made = Image::new(name, [width, height], channels, encoding).ok_or("no pixels")?;
         self.held += made.bytes() as u64;
         Ok(Arc::new(made))
+    }
+
+    /// An image as it is stored, to be made single precision of. Err: why it cannot be had.
+    pub fn stored(&mut self, image: usize) -> Result<Pixels, Reason> {
+        if image >= self.accessors.root.images.len() {
+            return Err("does not exist; export it again".into());
+        }
+        let pixels = self.pixels(image)?;
+        self.held += PIXEL_BYTES * u64::from(pixels.width) * u64::from(pixels.height);
+        Ok(pixels)
     }
 
     /// An image as it is stored.

@@ -16,7 +16,9 @@ mod extras;
 mod files;
 mod geometry;
 mod graph;
+mod ies;
 mod image;
+mod image_light;
 mod instances;
 mod lights;
 mod material;
@@ -31,7 +33,7 @@ mod unpack;
 mod variants;
 
 use super::assembly::Assembly;
-use super::environment::{Around, Source};
+use super::environment::{Around, Shining, Source};
 use super::names::{listed, one_line};
 use super::{Choice, Loaded, Luminaire, Scene, SceneBuilder, Shape, Surroundings};
 use crate::error::Error;
@@ -68,11 +70,14 @@ pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded>
     let name = one_line(&path.display().to_string());
     let folder = path.parent().unwrap_or(Path::new(""));
     match read(&bytes, folder, &name, choice) {
-        Ok((mut loaded, around)) => {
+        Ok((mut loaded, around, held)) => {
             loaded.files.push(path.to_owned());
             // Whoever renders it may name a file anywhere; the scene itself may not.
             let beside = if choice.around.source.is_some() { None } else { Some(folder) };
-            loaded.scene.put_into(&around, beside)?;
+            match held {
+                Some(held) => loaded.scene.surround_by(held, &around)?,
+                None => loaded.scene.put_into(&around, beside)?,
+            }
             loaded.files.extend(around.file(beside)?);
             Ok(loaded)
         }
@@ -80,7 +85,10 @@ pub(super) fn load(path: &Path, choice: &Choice) -> crate::error::Result<Loaded>
     }
 }
 
-fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loaded, Surroundings), Reason> {
+/// What is read of a file, what is said of its surroundings, and what the file holds of them.
+type Read = (Loaded, Surroundings, Option<Shining>);
+
+fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Read, Reason> {
     let (json, chunk) = container::split(bytes)?;
     let Document { root, mut stances, animations } = document::parse(json)?;
     let buffers = container::load_buffers(&root, chunk, folder)?;
@@ -89,7 +97,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
 
     let stage = stage::choose(&root, choice.scene.as_deref(), &mut notes)?;
     let mut scene = SceneBuilder::new(name);
-    let extras = Extras::new(stage.extras, stage.label, Place::Scene, &mut notes);
+    let extras = Extras::new(stage.extras, stage.label.clone(), Place::Scene, &mut notes);
     scene.illumination = extras.illumination()?;
     let of_file = extras.surroundings()?;
     let memory = crate::machine::memory().map(|left| left.bytes);
@@ -127,28 +135,35 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<(Loa
         return Err("has no triangles; add a mesh to the scene".into());
     }
     light(&root, &placed, &mut assembly, &mut notes)?;
+    scene.profiles = ies::add(&accessors, &placed, folder, &mut assembly, &mut notes)?;
     let mut around = choice.around.clone().or(of_file);
+    let held = match around.source {
+        None => image_light::read(&accessors, &stage, folder)?,
+        Some(_) => None,
+    };
+    let shines_around = around.shines() || held.is_some();
     let reflects = scene.materials.iter().any(|material| !material.lobes.is_empty());
     let alone = !has_lamps && !camera::is_placed(&placed);
     let glimmers = alone && is_lit(&assembly) && glows_by_pictures(&root, &assembly);
-    let by_studio = around.source.is_none() && reflects && (glimmers || !is_lit(&assembly));
+    let nothing_said = around.source.is_none() && held.is_none();
+    let by_studio = nothing_said && reflects && (glimmers || !is_lit(&assembly));
     if by_studio {
         around.source = Some(Around::Source(Source::Studio));
         notes.line(if glimmers { LITTLE_LIGHT.to_owned() } else { no_light(&root) });
-    } else if assembly.luminaires.is_empty() && !around.shines() {
+    } else if assembly.luminaires.is_empty() && !shines_around {
         let dark = "nothing emits light; name an environment, such as --environment studio".to_owned();
         if !choice.dark {
             return Err(with_losses(dark, notes));
         }
         notes.line(dark);
-    } else if !is_lit(&assembly) && reflects && !around.shines() {
+    } else if !is_lit(&assembly) && reflects && !shines_around {
         notes.line("nothing lights the scene: only what is unlit or emits visible light is seen".into());
     }
     let camera = camera::choose(&root, &placed, wanted, assembly.origin, &assembly.mesh, &mut notes)?;
     scene.notes = notes.finish();
     let files = files::named(&root, folder);
     let scene = Scene { lit_by_studio: by_studio, ..scene.finish(assembly, camera) };
-    Ok((Loaded { scene, files, variants, animations }, around))
+    Ok((Loaded { scene, files, variants, animations }, around, held))
 }
 
 /// Refuses a scene that is too large, before anything of it is built, and unpacks what is packed as a whole.
@@ -342,7 +357,8 @@ fn report(root: &Root, placed: &[Placed<'_>], notes: &mut Notes) {
     let mut told = HashSet::new();
     for place in placed {
         let node = place.node;
-        if node.extensions.as_ref().is_none_or(|e| e.khr_lights_punctual.is_none()) {
+        let is_lamp = node.extensions.as_ref().is_some_and(|e| e.khr_lights_punctual.is_some());
+        if !is_lamp && ies::of_node(node).is_none() {
             let at = if area::is_empty(node) { Place::Empty } else { Place::Elsewhere };
             Extras::new(&node.extras, place.label(), at, notes);
         }

@@ -8,6 +8,8 @@ use gltf::json::{Extras, Index, Root};
 /// A scene of the file.
 pub(super) struct Stage<'a> {
     pub label: String,
+    /// Its number; None where a file without scenes shows all it has.
+    pub index: Option<usize>,
     pub extras: &'a Extras,
     /// Its nodes without parents.
     pub roots: Vec<usize>,
@@ -23,7 +25,10 @@ pub(super) fn choose<'a>(
     if root.scenes.is_empty() && root.scene.is_none() && !root.nodes.is_empty() {
         return match wanted {
             Some(wanted) => Err(format!("has no scene `{wanted}`, as it has none; leave out --scene")),
-            None => Ok(Stage { label: "the file".into(), extras: &None, roots: parentless(root) }),
+            None => {
+                let roots = parentless(root);
+                Ok(Stage { label: "the file".into(), index: None, extras: &None, roots })
+            }
         };
     }
     let index = match wanted {
@@ -47,7 +52,7 @@ pub(super) fn choose<'a>(
         ));
     }
     let roots = source.nodes.iter().map(Index::value).collect();
-    Ok(Stage { label: name(index), extras: &source.extras, roots })
+    Ok(Stage { label: name(index), index: Some(index), extras: &source.extras, roots })
 }
 
 fn find(root: &Root, wanted: &str) -> Result<usize, Reason> {
