@@ -8,8 +8,11 @@ use std::ops::Range;
 
 /// Rows that are filtered together: the two beyond them, which patches reach, are looked at twice.
 const BAND: usize = 16;
-/// By how many times what noise explains the squared difference of two patches may be larger.
-const BEYOND: f32 = 4.0;
+/// From how many times what noise explains on, and once more, the squared difference of two patches tells them apart.
+const BEYOND: f32 = 3.0;
+/// By how many times their variances may differ: two pixels that show the same have errors alike. It leaves bright outliers alone, which
+/// would light all around them.
+const SPREAD: f32 = 16.0;
 /// The difference of albedos, and that of normals, from which two pixels have nothing to do with each other.
 const ALBEDO: f32 = 0.1;
 const NORMAL: f32 = 0.5;
@@ -28,12 +31,10 @@ struct Band<'a> {
     /// Σ weight · (value of the neighbour − own), and Σ weight.
     changes: Three,
     weights: Vec<f32>,
-    /// Of each row and the two beyond: squared differences, and what is to be expected of noise, over three pixels side by side.
-    squares: Vec<f32>,
-    noise: Vec<f32>,
-    /// A row before its sums.
-    square: Vec<f32>,
-    variance: Vec<f32>,
+    /// Of each row and the two beyond: squared differences by what is to be expected of noise, the mean of three pixels side by side.
+    differences: Vec<f32>,
+    /// A row of them before the mean.
+    difference: Vec<f32>,
     weight: Vec<f32>,
 }
 
@@ -45,10 +46,8 @@ impl<'a> Band<'a> {
             planes,
             changes: [(); 3].map(|()| zeros(rows.len())),
             weights: zeros(rows.len()),
-            squares: zeros(rows.len() + 2),
-            noise: zeros(rows.len() + 2),
-            square: zeros(1),
-            variance: zeros(1),
+            differences: zeros(rows.len() + 2),
+            difference: zeros(1),
             weight: zeros(1),
             rows,
         }
@@ -70,16 +69,10 @@ impl<'a> Band<'a> {
             return;
         }
         for k in 0..self.rows.len() + 2 {
-            let y = (self.rows.start + k).checked_sub(1).filter(|y| *y < height);
-            let there = y.and_then(|y| y.checked_add_signed(tap.dy)).filter(|y| *y < height);
-            self.square.fill(0.0);
-            self.variance.fill(0.0);
-            if let (Some(y), Some(there)) = (y, there) {
+            if let Some((y, there)) = self.pair(k, tap.dy) {
                 self.compare(y, there, &xs, tap.dx);
+                means_of_three(&self.difference[xs.clone()], &mut self.differences[span(width, k, &xs, 0)]);
             }
-            let row = k * width..(k + 1) * width;
-            sums_of_three(&self.square, &mut self.squares[row.clone()]);
-            sums_of_three(&self.variance, &mut self.noise[row]);
         }
         for y in self.rows.clone() {
             if let Some(there) = y.checked_add_signed(tap.dy).filter(|y| *y < height) {
@@ -89,22 +82,37 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Squared differences of a row and one elsewhere, and what noise makes them in the mean.
+    /// The `k`th row under way, the first of which is the one before the band, and the one that is compared with it. None: they are not
+    /// both in the picture.
+    fn pair(&self, k: usize, dy: isize) -> Option<(usize, usize)> {
+        let inside = |y: &usize| *y < self.planes.height;
+        let y = (self.rows.start + k).checked_sub(1).filter(inside)?;
+        Some((y, y.checked_add_signed(dy).filter(inside)?))
+    }
+
+    /// Squared differences of a row and one elsewhere, by their variances.
     fn compare(&mut self, y: usize, there: usize, xs: &Range<usize>, dx: isize) {
         let (here, there) = (span(self.planes.width, y, xs, 0), span(self.planes.width, there, xs, dx));
-        for axis in 0..3 {
-            let (value, variance) = (&self.planes.value[axis], &self.planes.variance[axis]);
+        let row = &mut self.difference[xs.clone()];
+        row.fill(0.0);
+        for value in &self.planes.value {
             let pairs = value[here.clone()].iter().zip(&value[there.clone()]);
-            self.square[xs.clone()].iter_mut().zip(pairs).for_each(|(sum, (a, b))| *sum += (a - b) * (a - b));
-            let pairs = variance[here.clone()].iter().zip(&variance[there.clone()]);
-            self.variance[xs.clone()].iter_mut().zip(pairs).for_each(|(sum, (a, b))| *sum += a + b);
+            row.iter_mut().zip(pairs).for_each(|(sum, (a, b))| *sum += (a - b) * (a - b));
         }
+        let variances = self.planes.variance[here].iter().zip(&self.planes.variance[there]);
+        // What is equal is, also without noise; without noise nothing else is.
+        let explained =
+            |(sum, (a, b)): (&mut f32, (&f32, &f32))| *sum = if *sum > 0.0 { *sum / (a + b) } else { 0.0 };
+        row.iter_mut().zip(variances).for_each(explained);
     }
 
     /// What the neighbours of a row count.
     fn weigh(&mut self, y: usize, there: usize, xs: &Range<usize>, tap: Tap) {
-        let Self { planes, rows, squares, noise, weight, .. } = self;
-        let (width, k) = (planes.width, y - rows.start);
+        let k = y - self.rows.start;
+        // At the rim of the picture the row itself stands for the one that is not there.
+        let around = [k, k + 1, k + 2].map(|row| self.pair(row, tap.dy).map_or(k + 1, |_| row));
+        let Self { planes, differences, weight, .. } = self;
+        let width = planes.width;
         let (here, there) = (span(width, y, xs, 0), span(width, there, xs, tap.dx));
         let weight = &mut weight[xs.clone()];
         weight.fill(0.0);
@@ -115,14 +123,15 @@ impl<'a> Band<'a> {
                 weight.iter_mut().zip(pairs).for_each(difference);
             }
         }
-        let [s0, s1, s2] = [0, 1, 2].map(|row| &squares[span(width, k + row, xs, 0)]);
-        let [n0, n1, n2] = [0, 1, 2].map(|row| &noise[span(width, k + row, xs, 0)]);
-        let usable = &planes.usable[there];
+        let [above, own, below] = around.map(|row| &differences[span(width, row, xs, 0)]);
+        let (variance, others, usable) =
+            (&planes.variance[here], &planes.variance[there.clone()], &planes.usable[there]);
         for (i, weight) in weight.iter_mut().enumerate() {
-            let (squares, noise) = (s0[i] + s1[i] + s2[i], n0[i] + n1[i] + n2[i]);
-            // Two patches without noise that are equal are: no difference is explained by nothing.
-            let beyond = if squares <= noise { 0.0 } else { (squares - noise) / (BEYOND * noise) };
-            let like = (1.0 - *weight - beyond).max(0.0);
+            let difference = (above[i] + own[i] + below[i]) / 3.0;
+            let (most, least) = (variance[i].max(others[i]), variance[i].min(others[i]));
+            let spread = if most > least { most / least - 1.0 } else { 0.0 };
+            let like = 1.0 - *weight - (difference - 1.0).max(0.0) / BEYOND - spread / SPREAD;
+            let like = like.max(0.0);
             *weight = tap.weight * usable[i] * like * like;
         }
     }
@@ -154,14 +163,16 @@ fn span(width: usize, y: usize, xs: &Range<usize>, dx: isize) -> Range<usize> {
     begin..begin + xs.len()
 }
 
-/// Of each number and the two beside it.
-fn sums_of_three(from: &[f32], to: &mut [f32]) {
+/// Of each number and the two beside it, or the one.
+fn means_of_three(from: &[f32], to: &mut [f32]) {
     let last = from.len() - 1;
-    if last == 0 {
-        to[0] = from[0];
-        return;
+    to[0] = from[0];
+    if last > 0 {
+        to[0] = 0.5 * (from[0] + from[1]);
+        to[last] = 0.5 * (from[last - 1] + from[last]);
+        to[1..last]
+            .iter_mut()
+            .zip(from.windows(3))
+            .for_each(|(to, from)| *to = (from[0] + from[1] + from[2]) / 3.0);
     }
-    to[0] = from[0] + from[1];
-    to[last] = from[last - 1] + from[last];
-    to[1..last].iter_mut().zip(from.windows(3)).for_each(|(to, from)| *to = from[0] + from[1] + from[2]);
 }

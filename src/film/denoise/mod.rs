@@ -2,8 +2,8 @@
 //!
 //! A joint bilateral filter by statistical tests, after Sakai et al. 2024 (*A Statistical Approach to Monte Carlo Denoising*) and
 //! Rousselle, Knaus & Zwicker 2012 (*Adaptive rendering with non-local means filtering*). Radiance is divided by albedo, so that textures
-//! stay sharp. A neighbour counts where albedo and normal agree and the patches of 3×3 pixels around both differ by no more than the
-//! error of both explains. That test holds however noise is spread over the picture: disks of photons, which neighbours share, make
+//! stay sharp. A neighbour counts where albedo and normal agree, the errors of both are alike, and the patches of 3×3 pixels around both
+//! differ by no more than these errors explain. That test holds however noise is spread over the picture: disks of photons, which neighbours share, make
 //! near pixels alike, and those far away as different as their errors say. So the neighbours reach farther than a disk, and those that
 //! share photons are spread thinner. As errors vanish so does all that the filter does.
 
@@ -27,7 +27,7 @@ pub const DENOISED: &str = "denoised";
 pub const METHOD: &str = "joint bilateral filter by tests of the error, albedo divided out";
 
 /// The radius in which neighbours are looked for, in heights of the picture: about twice the first disk of photons, which shrinks.
-const RADIUS: f32 = 1.0 / 20.0;
+const RADIUS: f32 = 1.0 / 16.0;
 /// In pixels, however small the picture is.
 const LEAST_RADIUS: f32 = 4.0;
 
@@ -69,7 +69,7 @@ pub fn denoise(noisy: &Noisy<'_>) -> Vec<Vec3> {
 
 /// What [`Film::denoised`] holds in memory while it is made, in bytes: the planes of the film, those of the filter, and sums of it.
 pub fn bytes(width: u32, height: u32) -> usize {
-    let pixel = 4 * size_of::<Vec3>() + 13 * size_of::<f32>() + 3 * size_of::<Vec3>();
+    let pixel = 4 * size_of::<Vec3>() + 11 * size_of::<f32>() + 3 * size_of::<Vec3>();
     width as usize * height as usize * pixel
 }
 

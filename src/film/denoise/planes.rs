@@ -12,8 +12,8 @@ pub(super) struct Planes {
     pub height: usize,
     /// Radiance by albedo, times `scale`.
     pub value: Three,
-    /// Of it, the variance of the mean.
-    pub variance: Three,
+    /// Of it, the variance of the mean, all three channels together.
+    pub variance: Vec<f32>,
     /// Where there is none −1, so that it is like no other.
     pub albedo: Three,
     pub normal: Three,
@@ -40,15 +40,14 @@ impl Planes {
             let value = |i: usize, axis: usize| if usable[i] { plane(i)[axis] } else { 0.0 };
             [0, 1, 2].map(|axis| (0..usable.len()).map(|i| value(i, axis)).collect::<Vec<f32>>())
         };
+        let variance =
+            |i: usize| if usable[i] { (error[i] / divisors[i] * scale).length_squared() } else { 0.0 };
         let reflects = |a: Vec3| Vec3::select(a.cmpgt(Vec3::ZERO), a, Vec3::NEG_ONE);
         Self {
             width: width as usize,
             height: height as usize,
             value: of(&|i| picture[i] / divisors[i] * scale),
-            variance: of(&|i| {
-                let error = error[i] / divisors[i] * scale;
-                error * error
-            }),
+            variance: (0..usable.len()).map(variance).collect(),
             albedo: of(&|i| reflects(albedo[i])),
             normal: of(&|i| normal[i]),
             usable: usable.iter().map(|usable| f32::from(u8::from(*usable))).collect(),

@@ -9,7 +9,7 @@ pub(super) struct Tap {
 }
 
 /// Along a spiral, by the golden angle: as many within any radius as its power of 1/[`CROWDING`].
-const TURNS: u32 = 160;
+const TURNS: u32 = 90;
 /// Above ½ the near ones are closer together than those far away, which share their photons anyway.
 const CROWDING: f32 = 0.75;
 /// Of the weights, which are those of a bell: its width by the radius.

@@ -108,16 +108,16 @@ fn an_edge_that_is_more_than_noise_stays() {
 
 #[test]
 fn mottles_that_neighbours_share_fall_too() {
-    // Each pass a picture of noise over squares of 9 pixels, as wide as the first disks of such a picture.
+    // Each pass a picture of noise over squares of 5 pixels, as wide as the disks of such a picture are after 16 passes.
     let blurred = |rng: &mut Rng| {
-        let (side, reach) = (SIDE as usize, 4);
+        let (side, reach) = (SIDE as usize, 2);
         let wide = side + 2 * reach;
         let noise: Vec<f32> = (0..wide * wide).map(|_| bell(rng)).collect();
         let sum = |i: usize| -> f32 {
             let (x, y) = (i % side, i / side);
-            (y..y + 9).map(|y| noise[y * wide + x..y * wide + x + 9].iter().sum::<f32>()).sum()
+            (y..y + 5).map(|y| noise[y * wide + x..y * wide + x + 5].iter().sum::<f32>()).sum()
         };
-        (0..PIXELS).map(|i| 1.0 + 0.4 * sum(i) / 9.0).collect::<Vec<_>>()
+        (0..PIXELS).map(|i| 1.0 + 0.4 * sum(i) / 5.0).collect::<Vec<_>>()
     };
     let wall = Wall::of(|rng, _| blurred(rng));
     let (before, after) = (off(&wall.picture, |_| 1.0), off(&wall.denoised(), |_| 1.0));
