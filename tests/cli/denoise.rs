@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 const DENOISED: &str = "denoised";
-const SCENE: &str = "builtin:cornell-spheres --size 32x24 --photons 3000";
+const SCENE: &str = "builtin:cornell-spheres --size 32x32 --photons 3000";
 
 fn picture(folder: &Path, name: &str) -> Image {
     read_exr(&folder.join(name)).expect("a picture")
