@@ -36,7 +36,7 @@ fn a_denoised_layer_stands_beside_the_picture_and_is_what_the_preview_shows() {
     let linear = png("linear.pfm");
     let last = &linear[linear.len() - 12 * 32..];
     let first: Vec<f32> = last.chunks(4).map(|x| f32::from_le_bytes(x.try_into().expect("four"))).collect();
-    assert_eq!(first, denoised[..32].iter().flat_map(|x| x.to_array()).collect::<Vec<_>>());
+    assert_eq!(first, denoised[..32].iter().flat_map(glam::Vec3::to_array).collect::<Vec<_>>());
 }
 
 #[test]

@@ -136,7 +136,8 @@ fn what_has_no_error_stays_bit_for_bit() {
 
 #[test]
 fn textures_stay_as_sharp_as_their_albedo() {
-    let albedo = |i: usize| if (column(i) / 2 + i / (2 * SIDE as usize)) % 2 == 0 { 0.2 } else { 0.26 };
+    let albedo =
+        |i: usize| if (column(i) / 2 + i / (2 * SIDE as usize)).is_multiple_of(2) { 0.2 } else { 0.26 };
     let mut wall = independent(0.4, albedo);
     wall.albedo = (0..PIXELS).map(|i| Vec3::splat(albedo(i))).collect();
     let (before, with) = (off(&wall.picture, albedo), off(&wall.denoised(), albedo));
