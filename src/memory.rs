@@ -1,7 +1,7 @@
 //! How much memory a render will hold, and whether the machine has that much.
 
 use crate::error::{Error, Result};
-use crate::film::{Film, Layer};
+use crate::film::{Film, Layer, denoise};
 use crate::gather::Pixel;
 use crate::light::{Invisible, Light};
 pub use crate::machine::MemoryLimit;
@@ -93,6 +93,11 @@ impl Memory {
     /// With mattes of a film of this size in pixels.
     pub fn with_mattes(self, size: (u32, u32)) -> Self {
         Self { mattes: Mattes::bytes(size), ..self }
+    }
+
+    /// With a denoised layer of a film of this size in pixels.
+    pub fn with_denoising(self, (width, height): (u32, u32)) -> Self {
+        Self { writing: self.writing + denoise::bytes(width, height), ..self }
     }
 
     /// The most that is held at the same time.

@@ -101,7 +101,7 @@ fn of(variant: &Bound<'_, PyDict>, base: &Settings) -> PyResult<Variant> {
         more.get::<String>("name", "a name")?.ok_or_else(|| usage("compare(): give each variant a name"))?;
     let own = Wanted::own(&more)?;
     more.finish()?;
-    Ok(Variant { name, settings: own.over(base) })
+    Ok(Variant { name, settings: own.over(base), denoise: false })
 }
 
 impl Comparing {

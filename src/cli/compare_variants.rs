@@ -1,6 +1,7 @@
 //! Who competes in `halflight compare`: methods, or sets of options under names.
 
 use super::compare_args::CompareArgs;
+use super::denoise_args::DenoiseArgs;
 use super::settings_args::{DEFAULT_LAYERS, SettingsArgs};
 use crate::compare::Variant;
 use crate::error::{Error, Result};
@@ -13,6 +14,9 @@ use clap::Parser;
 struct Options {
     #[command(flatten)]
     settings: SettingsArgs,
+
+    #[command(flatten)]
+    denoise: DenoiseArgs,
 }
 
 /// Who competes, in the order in which they are named.
@@ -91,7 +95,8 @@ fn variant(name: &str, options: &str, base: &Settings) -> Result<Variant> {
     if let Some((option, _)) = common.iter().find(|(_, given)| *given) {
         return Err(wrong(format!("{option} is the same for all that are compared; leave it out here")));
     }
-    let (settings, _) = read.settings.resolve().map_err(|error| wrong(error.to_string()))?;
+    let (settings, layers) = read.settings.resolve().map_err(|error| wrong(error.to_string()))?;
+    read.denoise.layers(&layers, settings.method, false).map_err(|error| wrong(error.to_string()))?;
     let usual = match settings.paths {
         Some(paths) => Settings::for_film(base.width, base.height).with_paths(paths),
         None => base.clone(),
@@ -105,7 +110,7 @@ fn variant(name: &str, options: &str, base: &Settings) -> Result<Variant> {
         indirect_radius: indirect_radius.unwrap_or(usual.indirect_radius),
         ..settings
     };
-    Ok(Variant { name: name.into(), settings })
+    Ok(Variant { name: name.into(), settings, denoise: read.denoise.denoise })
 }
 
 /// What the reader of options says, in a line.

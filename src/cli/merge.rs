@@ -1,9 +1,13 @@
+use super::denoise_args::{DenoiseArgs, too_few};
 use super::out::say;
 use super::output::{Overwrite, PictureFiles, claim, ending};
 use super::preview_args::PreviewArgs;
-use super::writer::write_picture;
+use super::writer::{Beside, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, StateFile, StateHead, write_state};
+use crate::machine;
+use crate::memory::Memory;
+use crate::plan::Settings;
 use crate::render::{film_for, tell_error};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -24,6 +28,9 @@ pub struct MergeArgs {
     overwrite: Overwrite,
 
     #[command(flatten)]
+    denoise: DenoiseArgs,
+
+    #[command(flatten)]
     preview: PreviewArgs,
 
     /// Print nothing but errors.
@@ -39,6 +46,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     }
     files.iter().try_for_each(|files| files.claim(&args.states, args.overwrite, args.quiet))?;
     let (heads, mut whole) = heads(&args.states)?;
+    args.check_denoising(&whole, state.is_some())?;
     whole.preview = args.preview.over(whole.preview);
     files.iter().try_for_each(|files| files.check_size((whole.width, whole.height)))?;
     let film = film(&args.states, &heads, &whole)?;
@@ -47,15 +55,35 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     if let Some(state) = state {
         write_state(state, &whole, &film)?;
     }
-    let notes =
-        files.iter().map(|files| write_picture(files, &film, whole.header(), (None, None), whole.preview));
-    notes.collect::<Result<()>>()?;
+    let denoising = args.denoise.denoise.then_some(film.layers());
+    let beside = Beside { denoising, ..Beside::default() };
+    files.iter().try_for_each(|files| write_picture(files, &film, whole.header(), &beside, whole.preview))?;
     if !args.quiet {
+        too_few(film.passes()).filter(|_| args.denoise.denoise).iter().for_each(say);
         let written = files.map_or_else(|| args.output.display().to_string(), |files| files.describe());
         let (passes, states) = (whole.passes.len(), args.states.len());
         say(format_args!("{passes} passes ({}) of {states} states; wrote {written}", whole.passes));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+impl MergeArgs {
+    /// Whether there is what the denoiser looks at, and memory for it.
+    fn check_denoising(&self, whole: &StateHead, is_state: bool) -> Result<()> {
+        if !self.denoise.denoise {
+            return Ok(());
+        }
+        if is_state {
+            return Err(Error::Usage(format!(
+                "--denoise: {} is a state, which holds the passes as they are; leave it out, or give -o the name of a picture",
+                self.output.display()
+            )));
+        }
+        self.denoise.check(&self.states[0], whole)?;
+        let size = (whole.width, whole.height);
+        let film = Memory::of_pixels(&Settings::for_film(size.0, size.1), &whole.layers);
+        Memory { pass: 0, ..film }.with_denoising(size).check(machine::memory())
+    }
 }
 
 /// What every state says of itself, and what all do together. Nothing is added yet, so that what does not belong together is told at once.

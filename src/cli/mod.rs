@@ -5,6 +5,7 @@ mod check_page;
 mod compare;
 mod compare_args;
 mod compare_variants;
+mod denoise_args;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;

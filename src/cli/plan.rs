@@ -1,3 +1,4 @@
+use super::denoise_args::DenoiseArgs;
 use super::out::print;
 use super::scene_args::SceneArgs;
 use super::settings_args::SettingsArgs;
@@ -30,6 +31,9 @@ pub struct PlanArgs {
     #[arg(long)]
     cryptomatte: bool,
 
+    #[command(flatten)]
+    denoise: DenoiseArgs,
+
     /// Print it as JSON, for programs.
     #[arg(long)]
     json: bool,
@@ -39,7 +43,8 @@ pub struct PlanArgs {
 const TOLD_APART: f64 = 0.05;
 
 pub fn run(args: &PlanArgs) -> Result<ExitCode> {
-    let (settings, layers) = args.settings.resolve()?;
+    let (settings, asked) = args.settings.resolve()?;
+    let layers = args.denoise.layers(&asked, settings.method, args.atlas)?;
     let mut scene = args.scene.load()?;
     let settings = args.settings.film(settings, &mut scene);
     let (plan, frame, mut forecast) = Forecast::make(scene.clone(), settings.clone(), &layers);
@@ -49,6 +54,9 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     }
     if args.cryptomatte {
         forecast.memory = forecast.memory.with_mattes((plan.settings.width, plan.settings.height));
+    }
+    if args.denoise.denoise {
+        forecast.memory = forecast.memory.with_denoising((plan.settings.width, plan.settings.height));
     }
     let savings = savings.as_deref();
     if args.json {

@@ -1,3 +1,4 @@
+use super::denoise_args::{DenoiseArgs, too_few};
 use super::interrupt::Interrupt;
 use super::keep::{KEPT, Keep, KeepArgs};
 use super::limits::{Limits, Passes, bytes, duration, memory_below, passes, positive};
@@ -11,7 +12,7 @@ use super::settings_args::SettingsArgs;
 use super::threads::{number, start_threads};
 use super::under_way::{LONGEST_SILENCE, UnderWay};
 use super::watch::Watch;
-use super::writer::{Writer, write_picture};
+use super::writer::{Beside, Writer, write_picture};
 use crate::error::{Error, Result};
 use crate::film::{Film, Layer, Preview, StateFile};
 use crate::machine::MemoryLimit;
@@ -73,6 +74,9 @@ pub struct RenderArgs {
     cryptomatte: bool,
 
     #[command(flatten)]
+    denoise: DenoiseArgs,
+
+    #[command(flatten)]
     keep: KeepArgs,
 
     /// Memory that the render may take, as in 2GiB; one that takes more is refused before it begins. Default: what the machine has left.
@@ -99,7 +103,8 @@ const DEFAULT_PASSES: u32 = 64;
 
 pub fn run(args: &RenderArgs) -> Result<ExitCode> {
     let begin = Instant::now();
-    let (settings, layers) = args.settings.resolve()?;
+    let (settings, asked) = args.settings.resolve()?;
+    let layers = args.denoise.layers(&asked, settings.method, args.atlas)?;
     let files = PictureFiles::of(&args.output)?;
     let holds = [("--atlas", args.atlas), ("--cryptomatte", args.cryptomatte)];
     holds.iter().filter(|(_, asked)| *asked).try_for_each(|(option, _)| files.must_hold_layers(option))?;
@@ -121,7 +126,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
         true => Some(Watch::begin(&args.scene, &loaded, &viewers.board, args.quiet)?),
         false => None,
     };
-    let mut job = Job { args, settings, layers, files, begin, interrupt, viewers, watch };
+    let mut job = Job { args, settings, asked, layers, files, begin, interrupt, viewers, watch };
     let mut end = job.render(loaded);
     while let Some(next) = job.next(&mut end)? {
         loaded = next;
@@ -136,6 +141,9 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode> {
 struct Job<'a> {
     args: &'a RenderArgs,
     settings: Settings,
+    /// Of the file.
+    asked: Vec<Layer>,
+    /// Of the film.
     layers: Vec<Layer>,
     files: PictureFiles,
     /// Of the render under way.
@@ -162,19 +170,27 @@ impl Job<'_> {
         scene.notes.iter().for_each(|note| args.tell(&format_args!("note: {note}")));
         let settings = Settings { atlas: args.atlas, memory: self.memory(size), ..settings };
         let preview = args.preview.over(Preview::usual(&scene));
-        let mattes = |held: Memory| if args.cryptomatte { held.with_mattes(size) } else { held };
-        mattes(Memory::of_pixels(&settings, &self.layers)).check(settings.memory)?;
+        let beside = |held: Memory| {
+            let held = if args.cryptomatte { held.with_mattes(size) } else { held };
+            if args.denoise.denoise { held.with_denoising(size) } else { held }
+        };
+        beside(Memory::of_pixels(&settings, &self.layers)).check(settings.memory)?;
         let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
+        if let (Some(state), Some(path)) = (&state, keep.path()) {
+            args.denoise.check(path, state.head())?;
+        }
+        let denoising = args.denoise.denoise.then(|| self.asked.clone());
         let state = match state {
             Some(state) if keep.is_complete(state.head(), limits.time) => {
                 let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, seed));
-                return complete_already(args, &self.files, state, mattes.as_ref(), preview).map(Some);
+                let beside = Beside { atlas: None, mattes: mattes.as_ref(), denoising: denoising.as_deref() };
+                return complete_already(args, &self.files, state, &beside, preview).map(Some);
             }
             state => state,
         };
         let whole = args.cryptomatte.then(|| scene.clone());
         let mut render = Render::new(scene, settings, &self.layers)?;
-        mattes(render.memory()).check(render.plan().settings.memory)?;
+        beside(render.memory()).check(render.plan().settings.memory)?;
         let mattes = whole.map(|scene| Mattes::of(&scene, size, seed));
         render.follow(keep.schedule);
         announce(&render, |line| args.tell(line));
@@ -186,7 +202,7 @@ impl Job<'_> {
         fitted.iter().for_each(|line| args.tell(&format_args!("note: {line}")));
         let progress = Progress::new(args.quiet, args.progress, &render, &limits);
         let limits = Limits { time, ..limits };
-        let writer = Writer::new(self.files.clone(), preview, mattes, args.quiet);
+        let writer = Writer::new(self.files.clone(), preview, mattes, denoising, args.quiet);
         let atlas_waits = args.atlas.then_some(LONGEST_SILENCE);
         let mut under_way = UnderWay {
             limits,
@@ -245,7 +261,7 @@ fn complete_already(
     args: &RenderArgs,
     files: &PictureFiles,
     state: StateFile,
-    mattes: Option<&Mattes>,
+    beside: &Beside<'_>,
     preview: Preview,
 ) -> Result<ExitCode> {
     let head = state.head().clone();
@@ -253,9 +269,11 @@ fn complete_already(
     state.add_to(&mut film)?;
     let mut header = head.header();
     tell_error(&mut header, &film);
-    write_picture(files, &film, header, (None, mattes), preview)?;
+    write_picture(files, &film, header, beside, preview)?;
     let written = files.describe();
     args.tell(&format_args!("complete: the state has all {} passes; wrote {written}", head.passes.len()));
+    let too_few = too_few(head.passes.len()).filter(|_| args.denoise.denoise);
+    too_few.iter().for_each(|note| args.tell(note));
     Ok(ExitCode::SUCCESS)
 }
 

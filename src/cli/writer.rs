@@ -1,10 +1,12 @@
 //! Writes the picture of a render, patiently: a full disk ends no render, and the last picture waits for space.
 
+use super::denoise_args::too_few;
 use super::out::say;
 use super::output::PictureFiles;
 use super::preview_args::Settled;
 use crate::atlas::AtlasRun;
 use crate::error::{Error, Result};
+use crate::film::denoise::{DENOISED, METHOD};
 use crate::film::{Compression, Film, Header, Layer, Preview, WrittenLayer, judge};
 use crate::mattes::Mattes;
 use crate::render::Render;
@@ -16,6 +18,8 @@ pub struct Writer {
     files: PictureFiles,
     preview: Preview,
     mattes: Option<Mattes>,
+    /// The layers of its file, where a denoised one is among them. None: all of the film.
+    denoising: Option<Vec<Layer>>,
     quiet: bool,
     /// True while writing fails, so that it is said once.
     failing: bool,
@@ -48,8 +52,14 @@ pub fn patiently(device: bool, write: impl Fn() -> Result<()>) -> Result<()> {
 
 impl Writer {
     /// To files that were claimed.
-    pub fn new(files: PictureFiles, preview: Preview, mattes: Option<Mattes>, quiet: bool) -> Self {
-        Self { files, preview, mattes, quiet, failing: false, on_disk: None }
+    pub fn new(
+        files: PictureFiles,
+        preview: Preview,
+        mattes: Option<Mattes>,
+        denoising: Option<Vec<Layer>>,
+        quiet: bool,
+    ) -> Self {
+        Self { files, preview, mattes, denoising, quiet, failing: false, on_disk: None }
     }
 
     /// Writes a picture on the way. Where that fails the render goes on, and the next picture is tried. A device gets none.
@@ -94,12 +104,18 @@ impl Writer {
         }
         shown.note().filter(|_| self.files.displays()).iter().for_each(|note| self.say(note));
         warnings.iter().for_each(|warning| self.say(&format!("warning: {warning}")));
+        let too_few = too_few(render.film().passes()).filter(|_| self.denoising.is_some());
+        too_few.iter().for_each(|note| self.say(note));
         Ok(())
     }
 
     fn write(&self, render: &Render) -> Result<()> {
-        let more = (render.atlas_run(), self.mattes.as_ref());
-        write_picture(&self.files, render.film(), render.header(), more, self.preview)
+        let beside = Beside {
+            atlas: render.atlas_run(),
+            mattes: self.mattes.as_ref(),
+            denoising: self.denoising.as_deref(),
+        };
+        write_picture(&self.files, render.film(), render.header(), &beside, self.preview)
     }
 
     fn path(&self) -> PathBuf {
@@ -131,20 +147,38 @@ fn counted(passes: u32) -> String {
     format!("{passes} pass{}", if passes == 1 { "" } else { "es" })
 }
 
+/// What a file holds beside the layers of a film.
+#[derive(Default)]
+pub struct Beside<'a> {
+    /// Every picture of the square.
+    pub atlas: Option<&'a AtlasRun>,
+    /// Of objects and materials.
+    pub mattes: Option<&'a Mattes>,
+    /// A denoised layer, and of the film's only these. None: all of them, as they are.
+    pub denoising: Option<&'a [Layer]>,
+}
+
 /// Writes a picture with what is to be said of it, and what else its file holds.
 pub fn write_picture(
     files: &PictureFiles,
     film: &Film,
     mut header: Header,
-    (atlas, mattes): (Option<&AtlasRun>, Option<&Mattes>),
+    beside: &Beside<'_>,
     preview: Preview,
 ) -> Result<()> {
+    let Beside { atlas, mattes, denoising } = *beside;
     let size = (film.width(), film.height());
-    let plane = film.mean(Layer::Visible);
+    let mut plane = film.mean(Layer::Visible);
     let shown = files.displays().then(|| Settled::of(preview, &plane));
     shown.iter().for_each(|shown| shown.tell(&mut header));
+    if denoising.is_some() {
+        header
+            .set(DENOISED, if too_few(film.passes()).is_none() { METHOD } else { "nothing: too few passes" });
+        plane = film.denoised().unwrap_or(plane);
+    }
     if files.exr.is_some() {
-        let mut image = film.image(&header);
+        let mut image = film.image_of(denoising.unwrap_or(film.layers()), &header);
+        image.layers.extend(denoising.map(|_| (DENOISED.into(), plane.clone())));
         let atlas = atlas.map(|atlas| atlas.layers(&mut image.header));
         mattes.iter().for_each(|mattes| mattes.describe_in(&mut image.header));
         // An atlas is a hundred noisy pictures: compressing them takes longer than writing what it saves. Of the lossless ones

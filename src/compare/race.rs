@@ -5,6 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::Layer;
+use crate::film::denoise::FEATURES;
 use crate::machine::{self, MemoryLimit};
 use crate::memory::{Memory, words};
 use crate::plan::{Method, Settings};
@@ -33,12 +34,27 @@ pub struct Variant {
     pub name: String,
     /// How; the seed is set for each run.
     pub settings: Settings,
+    /// Whether the denoised picture is measured, and not the picture itself.
+    pub denoise: bool,
 }
 
 impl Variant {
     /// One that is called by its method.
     pub fn of(method: Method, settings: &Settings) -> Self {
-        Self { name: method.name().into(), settings: Settings { method, ..settings.clone() } }
+        Self { name: method.name().into(), settings: Settings { method, ..settings.clone() }, denoise: false }
+    }
+
+    /// The layers of its film.
+    fn layers(&self) -> Vec<Layer> {
+        let features = if self.denoise { &FEATURES[..] } else { &[] };
+        [&[Layer::Visible], features].concat()
+    }
+
+    /// What it holds in memory for each pixel.
+    fn memory(&self) -> Memory {
+        let memory = Memory::of_pixels(&self.settings, &self.layers());
+        let size = (self.settings.width, self.settings.height);
+        if self.denoise { memory.with_denoising(size) } else { memory }
     }
 }
 
@@ -65,16 +81,17 @@ pub struct Snapshot {
     /// The budget, in seconds.
     pub budget: f64,
     /// The time really used: set-up and all passes with their adding to the film. Neither writing files nor measuring
-    /// errors is counted.
+    /// errors is counted; denoising is, which is done once.
     pub seconds: f64,
     /// Passes in the picture.
     pub passes: u32,
-    /// The visible layer.
+    /// The visible layer, or the denoised one.
     pub picture: Vec<Vec3>,
 }
 
 struct Runner {
     render: Render,
+    denoise: bool,
     seconds: f64,
     run: Run,
 }
@@ -105,12 +122,11 @@ pub fn race(scene: &Scene, course: &Course, mut progress: impl FnMut(f64)) -> Re
 /// Films of all runs stand side by side, each with a picture for every budget, while one renders a pass.
 fn check_memory(course: &Course, limit: Option<MemoryLimit>) -> Result<()> {
     let Some(MemoryLimit { bytes, of }) = limit else { return Ok(()) };
-    let settings = course.variants.iter().map(|variant| &variant.settings);
-    let parts: Vec<_> = settings.map(|settings| Memory::of_pixels(settings, &[Layer::Visible])).collect();
+    let parts: Vec<_> = course.variants.iter().map(Variant::memory).collect();
     let pictures = |settings: &Settings| settings.pixels() * course.budgets.len() * size_of::<Vec3>();
     let kept: usize = course.variants.iter().map(|variant| pictures(&variant.settings)).sum();
     let films: usize = parts.iter().map(|memory| memory.film).sum();
-    let pass = parts.iter().map(|memory| memory.pass).max().unwrap_or(0);
+    let pass = parts.iter().map(|memory| memory.pass.max(memory.writing)).max().unwrap_or(0);
     let total = course.seeds.len() * (films + kept) + pass;
     if total as u64 <= bytes {
         return Ok(());
@@ -126,7 +142,7 @@ fn start(scene: &Scene, course: &Course, variant: &Variant, seed: u64) -> Result
     let method = variant.settings.method;
     let (scene, settings) = (scene.clone(), Settings { seed, ..variant.settings.clone() });
     let begin = Instant::now();
-    let render = Render::new(scene, settings, &[Layer::Visible])?;
+    let render = Render::new(scene, settings, &variant.layers())?;
     let seconds = course.load_seconds + begin.elapsed().as_secs_f64();
     let run = Run {
         variant: variant.name.clone(),
@@ -136,7 +152,7 @@ fn start(scene: &Scene, course: &Course, variant: &Variant, seed: u64) -> Result
         samples_per_pass: render.frame().camera_samples(method),
         snapshots: Vec::new(),
     };
-    Ok(Runner { render, seconds, run })
+    Ok(Runner { render, denoise: variant.denoise, seconds, run })
 }
 
 impl Runner {
@@ -147,8 +163,12 @@ impl Runner {
         let passed = budgets[self.run.snapshots.len()..].iter().take_while(|&&budget| self.seconds >= budget);
         for &budget in passed {
             let film = self.render.film();
-            let picture = film.mean(Layer::Visible);
-            let snapshot = Snapshot { budget, seconds: self.seconds, passes: film.passes(), picture };
+            let begin = Instant::now();
+            let denoised = if self.denoise { film.denoised() } else { None };
+            let denoising = begin.elapsed().as_secs_f64();
+            let picture = denoised.unwrap_or_else(|| film.mean(Layer::Visible));
+            let seconds = self.seconds + if self.denoise { denoising } else { 0.0 };
+            let snapshot = Snapshot { budget, seconds, passes: film.passes(), picture };
             self.run.snapshots.push(snapshot);
         }
     }
@@ -162,7 +182,9 @@ mod tests {
     fn all_pass_every_budget_and_pictures_are_those_of_a_render() {
         let scene = Scene::load("builtin:cornell-spheres").unwrap();
         let settings = Settings { width: 16, height: 16, paths: Some(2000), ..Settings::default() };
-        let variants = [Method::Photon, Method::Path].map(|method| Variant::of(method, &settings));
+        let [photon, path] = [Method::Photon, Method::Path].map(|method| Variant::of(method, &settings));
+        let denoised = Variant { name: "denoised".into(), denoise: true, ..photon.clone() };
+        let variants = [photon, path, denoised];
         let course = Course {
             variants: variants.to_vec(),
             seeds: vec![3, 4],
@@ -170,16 +192,19 @@ mod tests {
             load_seconds: 0.001,
         };
         let runs = race(&scene, &course, |_| {}).unwrap();
-        assert_eq!(runs.len(), 4);
+        assert_eq!(runs.len(), 6);
         for run in &runs {
             assert!(run.setup_seconds > 0.001 && run.snapshots.len() == 2);
             let snapshot = &run.snapshots[1];
             assert!(snapshot.seconds >= 0.05 && snapshot.passes >= run.snapshots[0].passes);
             let variant = variants.iter().find(|variant| variant.name == run.variant).expect("it ran");
             let again = Settings { seed: run.seed, ..variant.settings.clone() };
-            let mut render = Render::new(scene.clone(), again, &[]).unwrap();
+            let mut render =
+                Render::new(scene.clone(), again, &FEATURES[..if variant.denoise { 2 } else { 0 }]).unwrap();
             (0..snapshot.passes).for_each(|_| render.pass());
-            assert_eq!(render.film().mean(Layer::Visible), snapshot.picture);
+            let (film, denoised) =
+                (render.film(), variant.denoise.then(|| render.film().denoised()).flatten());
+            assert_eq!(denoised.unwrap_or_else(|| film.mean(Layer::Visible)), snapshot.picture);
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Sums are exact, so that a picture depends neither on the number of threads nor on how its passes came together. Every file is written
 //! beside its target and renamed over it: a killed render leaves the last good file.
 
+pub mod denoise;
 mod exact;
 pub mod header;
 mod identity;

@@ -327,7 +327,14 @@ impl Film {
 
     /// The picture as a file holds it: the mean of every layer, and facts.
     pub fn image(&self, header: &Header) -> Image {
-        let layers = self.layers.iter().map(|&layer| (layer.name().into(), self.mean(layer))).collect();
+        self.image_of(&self.layers, header)
+    }
+
+    /// The same with `Visible` and those layers alone that are among `layers`.
+    pub fn image_of(&self, layers: &[Layer], header: &Header) -> Image {
+        let is_shown = |layer: &&Layer| **layer == Layer::Visible || layers.contains(layer);
+        let shown = self.layers.iter().filter(is_shown);
+        let layers = shown.map(|&layer| (layer.name().into(), self.mean(layer))).collect();
         Image { width: self.width, height: self.height, layers, header: header.clone() }
     }
 

@@ -5,6 +5,7 @@ mod browser;
 mod check;
 mod choice;
 mod compare;
+mod denoise;
 mod ends;
 mod environment;
 mod files;
