@@ -33,7 +33,7 @@ impl Turn {
 
     /// Re-radiation of colour c as colour c + `by`, modulo three.
     pub const fn by(by: u8) -> Self {
-        Self(by % 3 | RERADIATED)
+        Self((by % 3) | RERADIATED)
     }
 
     /// By how many colours, 0 to 2.
@@ -49,7 +49,7 @@ impl Turn {
     /// One after the other.
     #[must_use]
     pub const fn then(self, other: Self) -> Self {
-        Self(((self.0 & 3) + (other.0 & 3)) % 3 | ((self.0 | other.0) & RERADIATED))
+        Self((((self.0 & 3) + (other.0 & 3)) % 3) | ((self.0 | other.0) & RERADIATED))
     }
 
     /// What leaves as each colour, of what came as each.

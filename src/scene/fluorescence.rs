@@ -107,7 +107,7 @@ impl Fluorescence {
 
     fn check_colours(&self, matrix: &[[f32; 3]; 3], base: Vec3) -> Result<(), String> {
         for (row, out) in matrix.iter().zip(COLOURS) {
-            for (entry, came) in row.iter().zip(COLOURS).filter(|(entry, _)| !is_amount(**entry)) {
+            if let Some((entry, came)) = row.iter().zip(COLOURS).find(|(entry, _)| !is_amount(**entry)) {
                 return Err(format!("its fluorescence {out}←{came} is {entry}; write a number from 0 up"));
             }
         }
@@ -126,7 +126,7 @@ impl Fluorescence {
     fn check_full(&self, matrix: &[[f32; 6]; 6]) -> Result<(), String> {
         let name = |i: usize| format!("{} {}", HALVES[i % 2], COLOURS[i / 2]);
         for (i, row) in matrix.iter().enumerate() {
-            for (j, entry) in row.iter().enumerate().filter(|(_, entry)| !is_amount(**entry)) {
+            if let Some((j, entry)) = row.iter().enumerate().find(|(_, entry)| !is_amount(**entry)) {
                 let (out, came) = (name(i), name(j));
                 return Err(format!("its matrix {out}←{came} is {entry}; write a number from 0 up"));
             }
@@ -196,11 +196,11 @@ mod tests {
 
         let full: [[f32; 6]; 6] =
             std::array::from_fn(|i| std::array::from_fn(|j| 0.01 * (1 + (6 * i + j) % 7) as f32));
-        let component = |i: usize| if i % 2 == 0 { light.invisible[i / 2] } else { light.visible[i / 2] };
+        let component = |i: usize| [light.invisible, light.visible][i % 2][i / 2];
         let expected = full.map(|row| (0..6).map(|j| row[j] * component(j)).sum::<f32>());
         let found = sent(&Fluorescence::full(full), opaque, light);
         for (i, expected) in expected.into_iter().enumerate() {
-            let found = if i % 2 == 0 { found.invisible[i / 2] } else { found.visible[i / 2] };
+            let found = [found.invisible, found.visible][i % 2][i / 2];
             assert!((found - expected).abs() < 1e-6, "{i}: {found}, {expected}");
         }
     }

@@ -150,8 +150,7 @@ fn full(_: Effort) -> Vec<Check> {
     let intensity = Light::new(Vec3::new(1.0, 2.0, 3.0), Vec3::new(5.0, 7.0, 11.0));
     build.0.luminaire(Luminaire::Point { position: 2.0 * Vec3::Y, intensity });
     let scene = build.finish();
-    let came =
-        |j: usize| f64::from(if j % 2 == 0 { intensity.invisible[j / 2] } else { intensity.visible[j / 2] });
+    let came = |j: usize| f64::from([intensity.invisible, intensity.visible][j % 2][j / 2]);
     let visible = |c: usize| (0..6).map(|j| f64::from(matrix[2 * c + 1][j]) * came(j)).sum::<f64>();
     let expected = DVec3::from_array([0, 1, 2].map(visible)) * (FRAC_1_PI / 4.0);
     let shot = rendered(scene.clone(), film(8, 8, 1000), 4);

@@ -12,8 +12,7 @@ use halflight::scene::{Emission, Illumination, Luminaire, Material, Pbr, Scene, 
 
 /// What lies on the floor.
 fn floors() -> [(&'static str, Material); 3] {
-    let body =
-        |roughness: f32| Pbr { roughness: roughness, metallic: 0.0, two_sided: false, ..Pbr::default() };
+    let body = |roughness: f32| Pbr { roughness, metallic: 0.0, two_sided: false, ..Pbr::default() };
     [
         ("metal", Material::new("Floor", rough(0.5, Vec3::new(0.9, 0.7, 0.4)))),
         ("body", Material::pbr("Floor", body(0.6))),
