@@ -58,14 +58,18 @@ fn check_material(material: &Material) -> Result<(), Reason> {
     if !is_amount(material.dispersion) {
         return Err(format!("its dispersion {} is negative or not finite", material.dispersion));
     }
-    if let Some(fluorescence) = &material.fluorescence {
-        let diffuse = material.lobes.iter().filter_map(|(_, lobe)| lobe.as_diffuse());
-        fluorescence.check(diffuse.fold(Vec3::ZERO, |most, lobe| most.max(lobe.albedo)))?;
-    }
+    check_fluorescence(material)?;
     material.pattern.as_deref().map_or(Ok(()), check_pattern)?;
     material.opaque.into_iter().chain(material.straight).try_for_each(check_matrix)?;
     material.illumination.map_or(Ok(()), check_illumination)?;
     material.emission.map_or(Ok(()), |emission| check_light("its emission", emission.radiance))
+}
+
+/// What a material re-radiates, beside its base colour.
+pub(super) fn check_fluorescence(material: &Material) -> Result<(), Reason> {
+    let Some(fluorescence) = &material.fluorescence else { return Ok(()) };
+    let diffuse = material.lobes.iter().filter_map(|(_, lobe)| lobe.as_diffuse());
+    fluorescence.check(diffuse.fold(Vec3::ZERO, |most, lobe| most.max(lobe.albedo)))
 }
 
 fn check_illumination(illumination: Illumination) -> Result<(), Reason> {

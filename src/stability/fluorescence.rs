@@ -71,8 +71,8 @@ fn furnace(effort: Effort) -> Vec<Check> {
     let stiff = [[0.0, 0.0, 0.4], [0.4, 0.0, 0.0], [0.0, 0.4, 0.0]];
     let blue = Vec3::new(0.0, 0.0, 1.0);
     let rooms = [
-        ("one way", 0.25, one_way, blue, 40_000, 64),
-        ("in a circle", 0.5, in_a_circle, Vec3::new(0.0, 0.5, 1.0), 20_000, 40),
+        ("one way", 0.25, one_way, blue, 40_000, 128),
+        ("in a circle", 0.5, in_a_circle, Vec3::new(0.0, 0.5, 1.0), 20_000, 160),
         ("in a circle, k = 0.99", 0.59, stiff, blue, 2000, 48),
     ];
     let photons = rooms.into_iter().flat_map(|(what, base, matrix, emits, paths, passes)| {
@@ -88,13 +88,13 @@ fn furnace(effort: Effort) -> Vec<Check> {
         let render = rendered(
             room(Vec3::ZERO, dye, blue),
             Settings { indirect_radius: 8.0, ..film(32, 32, 5_000) },
-            48,
+            96,
         );
         let expected = neumann(Vec3::ZERO, matrix, blue);
         colours(&format!("yield {yields:e}"), render, expected, 1e-3).split_off(1)
     };
     let paths = |method: Method| {
-        let samples = if effort == Effort::Full { 256 } else { 64 };
+        let samples = if effort == Effort::Full { 1024 } else { 256 };
         let settings = Settings { method, samples, ..film(2, 2, 1) };
         let scene = room(Vec3::splat(0.25), Fluorescence::colours(one_way), blue);
         let expected = neumann(Vec3::splat(0.25), one_way, blue);

@@ -10,12 +10,12 @@ use std::str::FromStr;
 
 pub(super) const LIST: &[(&str, &str)] = &[
     ("caustic-box", "a glass and a mirror sphere in a box, with a caustic on the floor"),
+    ("cornell-spheres", "two diffuse spheres in a box: the paper's figure 1"),
     (
         "fluorescent-box",
         "a box under blue light, walls and a ball that glow by it, and a glass ball that throws a caustic of the glow; \
          ?fluorescence=false",
     ),
-    ("cornell-spheres", "two diffuse spheres in a box: the paper's figure 1"),
     ("two-spheres", "500,000 triangles under a luminaire that is not seen: the paper's figure 4"),
     (
         "concentric",

@@ -7,6 +7,7 @@ use super::image::Images;
 use super::notes::{Notes, label};
 use super::parameters::parameters;
 use crate::scene::assembly::Closure;
+use crate::scene::check::check_fluorescence;
 use crate::scene::names::clean;
 use crate::scene::texture::Texture;
 use crate::scene::{Anisotropy, Backs, Factor, Fluorescence, Material, Parameters, Pbr, VertexColours};
@@ -149,8 +150,12 @@ impl<'a> Materials<'a> {
     }
 
     /// All that were made.
-    pub fn finish(self) -> Vec<Material> {
-        self.list.into_iter().map(Made::finish).collect()
+    pub fn finish(self) -> Result<Vec<Material>, Reason> {
+        let good = |material: Material| {
+            check_fluorescence(&material).map_err(|what| format!("material `{}`: {what}", material.name))?;
+            Ok(material)
+        };
+        self.list.into_iter().map(Made::finish).map(good).collect()
     }
 }
 

@@ -123,7 +123,7 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Read
     let mut materials = Materials::new(&root, Images::new(&accessors, folder), &mut notes)?;
     let form = Form { weights, variant };
     scene.shapes = shapes(&accessors, &placed, &form, &mut materials, &mut notes)?;
-    scene.materials = materials.finish();
+    scene.materials = materials.finish()?;
     let of_meshes = scene.shapes.len();
     area::add(&root, &placed, &mut scene, &mut notes)?;
     let has_lamps = scene.shapes.len() > of_meshes;
