@@ -73,7 +73,7 @@ pub fn fluorescence(value: &Bound<'_, PyAny>, gain: bool) -> PyResult<Option<Flu
     let colours = rows_f32::<3>(value, "fluorescence").ok().and_then(|rows| rows.try_into().ok());
     let full = || rows_f32::<6>(value, "fluorescence").ok().and_then(|rows| rows.try_into().ok());
     let found = colours.map(Fluorescence::colours).or_else(|| full().map(Fluorescence::full));
-    let found = found.ok_or_else(|| usage("fluorescence: no 3x3 or 6x6 matrix of numbers".into()))?;
+    let found = found.ok_or_else(|| usage("fluorescence: no 3x3 or 6x6 matrix of numbers"))?;
     Ok(Some(if gain { found.with_gain() } else { found }))
 }
 
