@@ -11,6 +11,7 @@ mod density;
 mod direct;
 mod estimate;
 mod features;
+mod past;
 mod plain;
 mod walk;
 
