@@ -229,7 +229,8 @@ fn a_render_is_paused_stopped_and_told_to_take_more_by_clicks() {
         const pen = canvas.getContext('2d'); pen.drawImage(image, 0, 0);
         return pen.getImageData(0, 0, canvas.width, canvas.height).data.reduce((sum, x) => sum + x, 0) / 4 / 160 / 160; })()";
     window.until(&format!("{marks}.of && Number({marks}.passes) > 3"));
-    assert_eq!(window.value("document.getElementById('picture').naturalWidth"), 160);
+    // It has no width while the next one comes.
+    window.until("document.getElementById('picture').naturalWidth === 160");
     // Pause: nothing happens any more.
     window.click("pause");
     window.until(&format!("{marks}.status === 'paused' && {marks}.of.endsWith(' ' + {marks}.passes)"));
