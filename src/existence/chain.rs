@@ -67,7 +67,11 @@ impl Chain {
 
     /// The most that one reflection of `material` makes of a watt of live light, in the channel where it is largest.
     pub fn most_reflected(self, material: &Material) -> f64 {
-        let together = material.most;
+        // A matrix in place of the lobes' own has no such bound.
+        let together = material.most.and_then(|most| match &material.fluorescence {
+            None => Some(most),
+            Some(beside) => Some(most + beside.most()?),
+        });
         let columns = (0..3).flat_map(|channel| {
             [0, 1].map(|column| {
                 let terms = material.bsdf.terms.iter();
@@ -75,17 +79,7 @@ impl Chain {
                     terms.map(|term| self.column(term.coefficient, column) * lossless(&term.lobe, channel));
                 // Lobes are not all at their most in the same place, or for light from the same direction.
                 let most = together.map_or(f64::INFINITY, |most| {
-                    let reradiated = match &material.fluorescence {
-                        None => 0.0,
-                        Some(beside) => beside.most().map_or(f32::INFINITY, |most| most[channel]),
-                    };
-                    let column = self.column(material.reflects, column);
-                    // A matrix in place of this one is looked at above.
-                    if reradiated == f32::INFINITY {
-                        f64::INFINITY
-                    } else {
-                        column * f64::from(most[channel] + reradiated)
-                    }
+                    self.column(material.reflects, column) * f64::from(most[channel])
                 });
                 sums.sum::<f64>().min(most)
             })

@@ -1,7 +1,7 @@
 //! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
 use super::direct::{Begun, Open};
-use super::{Density, Here, Pixel, Tally};
+use super::{Density, Here, Irradiance, Pixel, Tally};
 use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
 use crate::optics::{Lobe, Term};
@@ -9,6 +9,17 @@ use crate::photon::PathClass;
 use crate::plan::{Frame, Plan, reads_glints};
 use crate::sampling::{Rng, Sobol};
 use crate::scene::Material;
+use glam::Vec3;
+
+/// Where photons were asked for.
+#[derive(PartialEq)]
+struct Asked {
+    triangle: u32,
+    /// The point and its normal.
+    place: [Vec3; 2],
+    disk: (f32, Reach),
+    most: u16,
+}
 
 /// Adds up what a tile of pixels shows.
 pub(super) struct Plain<'a, D: Density, const R: usize> {
@@ -16,6 +27,8 @@ pub(super) struct Plain<'a, D: Density, const R: usize> {
     pub frame: &'a Frame,
     /// Some light is re-radiated.
     fluoresces: bool,
+    /// The last answer, where some light is.
+    arrived: Option<(Asked, [Irradiance<D::Power>; 3])>,
     maps: &'a D,
     nearby: D::Nearby,
     /// The pixel under way, in its tile.
@@ -29,7 +42,7 @@ impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
     pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a D) -> Self {
         let (nearby, open, sampled) = (D::Nearby::default(), Vec::new(), Vec::new());
         let fluoresces = plan.scene.fluoresces();
-        Self { plan, frame, fluoresces, maps, nearby, pixel: 0, open, sampled }
+        Self { plan, frame, fluoresces, arrived: None, maps, nearby, pixel: 0, open, sampled }
     }
 
     /// What comes now is for this pixel of the tile.
@@ -39,6 +52,24 @@ impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
 }
 
 impl<D: Density, const R: usize> Plain<'_, D, R> {
+    /// What photons bring to a surface: asked once for all its diffuse lobes, of which there are several where it fluoresces.
+    fn arrived(&mut self, here: &Here<'_, R>) -> [Irradiance<D::Power>; 3] {
+        let (place, disk, most) =
+            ((here.point, here.normal()), (here.footprint, here.reach), here.most_counted());
+        let asked =
+            Asked { triangle: here.point.triangle, place: [here.point.position, place.1], disk, most };
+        match &self.arrived {
+            Some((known, irradiance)) if self.fluoresces && *known == asked => *irradiance,
+            _ => {
+                let irradiance = self.maps.irradiance(&mut self.nearby, place, disk, most);
+                if self.fluoresces {
+                    self.arrived = Some((asked, irradiance));
+                }
+                irradiance
+            }
+        }
+    }
+
     /// What a glossy lobe shows of caustics that photons have directions of.
     fn read_glints(&mut self, here: &Here<'_, R>, lobe: &Lobe, rows: [Row; R], pixel: &mut Pixel<R>) {
         let Here { point, wo, .. } = *here;
@@ -99,14 +130,13 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
             }
         }
         let Some(diffuse) = term.lobe.as_diffuse() else {
-            if reads_glints(&term.lobe) {
+            if here.glints && reads_glints(&term.lobe) {
                 self.read_glints(here, &term.lobe, rows, pixel);
             }
             return;
         };
         let f = diffuse.towards(&point.normals, wo);
-        let (place, disk) = ((point, here.normal()), (here.footprint, here.reach));
-        let irradiance = self.maps.irradiance(&mut self.nearby, place, disk, here.most_counted());
+        let irradiance = self.arrived(here);
         for (class, irradiance) in PathClass::ALL.into_iter().zip(irradiance) {
             let (value, class) = (irradiance.value.filtered(f), here.class(class));
             for (parts, row) in pixel.parts.iter_mut().zip(rows) {

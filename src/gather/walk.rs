@@ -99,6 +99,8 @@ const SPREAD: f32 = 0.01;
 pub(crate) struct Here<'s, const R: usize> {
     /// What is read of the light that leaves it.
     pub rows: &'s [Row; R],
+    /// Photons tell its glossy lobes what glares.
+    pub glints: bool,
     pub material: &'s Material,
     pub bsdf: &'s Bsdf,
     pub point: &'s SurfacePoint,
@@ -129,11 +131,11 @@ impl<const R: usize> Here<'_, R> {
         plan.rays.absorption_towards(self.material, self.point, wi).unwrap_or(self.absorption)
     }
 
-    /// True where some diffuse lobe reads what arrives, or with `glints` a glossy one.
-    fn reads_photons(&self, glints: bool) -> bool {
+    /// True where some lobe reads what arrives from photons.
+    fn reads_photons(&self) -> bool {
         let reads = |term: &Term| {
             let read = |row: &Row| !(*row * term.coefficient).is_zero();
-            (term.lobe.as_diffuse().is_some() || (glints && reads_glints(&term.lobe)))
+            (term.lobe.as_diffuse().is_some() || (self.glints && reads_glints(&term.lobe)))
                 && term.lobe.responds(&self.point.normals, self.wo)
                 && self.rows.iter().any(read)
         };
@@ -264,6 +266,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                 let (rows, point, most_reflections) = (&rows, &point, most - delta_chain - 1);
                 let mut here = Here {
                     rows,
+                    glints: self.glints.is_some_and(|glints| glints.are_read_by(surface.material)),
                     material,
                     bsdf,
                     point,
@@ -275,7 +278,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                     past: line.past,
                     reach: Reach::Simple(1.0),
                 };
-                if here.reads_photons(self.glints.is_some()) {
+                if here.reads_photons() {
                     here.reach = self.tally.reach(&here);
                 }
                 self.read_surface(&here, mark, pixel, rng);
@@ -352,8 +355,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
         if survival < 1.0 && rng.f32() >= survival {
             return;
         }
-        let Self { plan, tally, growth, stack, glints, .. } = self;
-        let glints = glints.is_some();
+        let Self { plan, tally, growth, stack, .. } = self;
         let mark = T::reflected(mark, rows, material);
         let surface = Surface { rows: *rows, material, bsdf, point, wo, diffuse };
         branches(&plan.rays, &surface, &line.parent, *growth, rng, |branch: Branch<R>| {
@@ -377,7 +379,7 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
                     .filter(|_| line.past.found == Found::Nothing || !branch.lobe.is_narrow())
                     .map(|density| ByChance { point: *point, density }),
                 seen: line.seen && branch.lobe.is_delta(),
-                past: line.past.then(&branch.lobe, glints),
+                past: line.past.then(&branch.lobe, here.glints),
                 absorption: here.absorption(plan, branch.sample.to),
             });
         });

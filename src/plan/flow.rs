@@ -18,6 +18,8 @@ pub(super) struct Flow {
     pub seen: Components,
     /// Components that finite lobes read in arriving light, where camera rays end.
     pub gathered: Components,
+    /// Components of light leaving surfaces that camera paths read which go on by any lobe.
+    anywhere: Components,
     /// Components that glossy lobes read of arriving caustics, where photons keep their directions.
     glints: Components,
     /// Components of light leaving a luminaire that may be gathered without being reflected before.
@@ -47,8 +49,11 @@ impl Flow {
             union(passed_on().map(|term| before(seen, term))).or(before_straights(seen))
         });
         let gathered = union(read().map(|term| before(seen, term)));
+        // By camera paths that were scattered, too: what they must not count themselves, photons must bring.
+        let anywhere =
+            fixed_point(start, |seen| union(all().map(|term| before(seen, term))).or(before_straights(seen)));
         let glossy = || passed_on().filter(|term| glints && reads_glints(&term.lobe));
-        let glints = union(glossy().map(|term| before(seen, term)));
+        let glints = union(glossy().map(|term| before(anywhere, term)));
         let linked = fixed_point(union(finite().map(|term| before(seen, term))), before_straights);
         let emitted = union(scene.luminaires.iter().map(emission));
         let direct = fixed_point(emitted, after_straights);
@@ -66,6 +71,7 @@ impl Flow {
             seen_at_once: seen,
             seen,
             gathered,
+            anywhere,
             glints,
             linked,
             useful,
@@ -103,7 +109,7 @@ impl Flow {
 
     /// True when caustics arrive that this glossy term reads from photons.
     pub fn reads_glints(&self, term: &Term) -> bool {
-        before(self.seen, term).and(self.glints).any()
+        before(self.anywhere, term).and(self.glints).any()
     }
 
     /// True when a camera ray reads light of some class by this finite term. Those that went on by diffuse lobes read where others do;

@@ -16,7 +16,7 @@ use std::f32::consts::{PI, TAU};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Glints {
     /// By material: whether some lobe of it reads them.
-    pub takes: Vec<bool>,
+    takes: Vec<bool>,
     glare: Glare,
 }
 
@@ -43,8 +43,7 @@ impl Glints {
             material.bsdf().terms.iter().any(|term| reads(&term.lobe) && flow.reads_glints(term))
         };
         let takes: Vec<bool> = scene.materials.iter().map(takes).collect();
-        let found = Self { takes, glare: Glare::of(scene) };
-        found.takes.contains(&true).then_some(found)
+        takes.contains(&true).then(|| Self { takes, glare: Glare::of(scene) })
     }
 
     /// True where light of any luminaire may come by them.
@@ -59,6 +58,11 @@ impl Glints {
             _ => true,
         };
         settings.method == Method::Photon && !settings.atlas && scene.luminaires.iter().any(glares)
+    }
+
+    /// True where lobes of this material that can read photons with directions do so.
+    pub fn are_read_by(&self, material: u32) -> bool {
+        self.takes[material as usize]
     }
 
     /// True for a lamp of this material.

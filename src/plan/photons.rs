@@ -102,7 +102,10 @@ impl PhotonPlan {
     pub fn kept(&self) -> Vec<bool> {
         match &self.glints {
             None => self.deposits.clone(),
-            Some(glints) => self.deposits.iter().zip(&glints.takes).map(|(a, b)| *a || *b).collect(),
+            Some(glints) => {
+                let either = |(i, deposits): (usize, &bool)| *deposits || glints.are_read_by(i as u32);
+                self.deposits.iter().enumerate().map(either).collect()
+            }
         }
     }
 

@@ -328,5 +328,11 @@ fn check_nearest(settings: &Settings, layers: &[Layer]) -> Result<()> {
             "--layers bias: nobody knows the bias of --method nearest; leave the layer out, or use --method photon".into(),
         ));
     }
+    if layers.contains(&Layer::Fluorescent) {
+        return Err(Error::Usage(
+            "--layers fluorescent: --method nearest does not keep apart what was re-radiated; leave the layer out, or use --method photon"
+                .into(),
+        ));
+    }
     settings.check_nearest()
 }

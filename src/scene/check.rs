@@ -254,7 +254,7 @@ fn check_camera(camera: &Camera) -> Result<(), Reason> {
     }
 }
 
-fn is_amount(x: f32) -> bool {
+pub(super) fn is_amount(x: f32) -> bool {
     x >= 0.0 && x.is_finite()
 }
 

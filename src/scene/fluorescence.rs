@@ -1,5 +1,6 @@
 //! Re-radiation: light of one colour that leaves as another, the blocks beside the diagonal of the paper's eq. 17.
 
+use super::check::is_amount;
 use crate::light::{Matrix, Turn};
 use crate::optics::{Diffuse, Lobe, Term};
 use glam::Vec3;
@@ -161,10 +162,6 @@ impl Fluorescence {
 /// What leaves in all of light of one colour.
 fn column(matrix: &[[f32; 3]; 3], c: usize) -> f32 {
     matrix.iter().map(|row| row[c]).sum()
-}
-
-fn is_amount(x: f32) -> bool {
-    x.is_finite() && x >= 0.0
 }
 
 #[cfg(test)]

@@ -199,7 +199,7 @@ impl<'a, P: Power> Walk<'a, P> {
             }
             if self.glares
                 && line.class == PathClass::Caustic
-                && self.photon_plan.glints.as_ref().is_some_and(|g| g.takes[surface.material as usize])
+                && self.photon_plan.glints.as_ref().is_some_and(|glints| glints.are_read_by(surface.material))
                 && let Some(photon) = self.arrived(&line, hit.t, point, arriving, rng)
             {
                 self.photons.glints.push(photon.coming_from(-line.direction));
