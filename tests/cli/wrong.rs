@@ -65,7 +65,10 @@ fn settings_that_do_not_go_together() {
     must_refuse("compare --methods photon --samples 9", &["--samples 9", "path"]);
     must_refuse("render --method nearest --samples 9", &["--samples 9", "--method path"]);
     must_refuse("render --method nearest --layers visible,bias", &["bias", "nearest", "--method photon"]);
-    must_refuse("render --method nearest --layers fluorescent", &["fluorescent", "nearest", "--method photon"]);
+    must_refuse(
+        "render --method nearest --layers fluorescent",
+        &["fluorescent", "nearest", "--method photon"],
+    );
     must_refuse("render --method nearest --layers visible,error --atlas", &["nearest", "atlas"]);
     must_refuse("render --method nearest --indirect-radius 9", &["--indirect-radius", "--method photon"]);
     must_refuse("plan --method nearest --nearest 1", &["--nearest 1", "2 to 65536"]);
