@@ -12,6 +12,7 @@
 //! connection. Then those of the *other* pixels around it determine α and how many connections its pixel deserves. As
 //! neither depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
+use super::again::paths;
 use super::plain::Plain;
 use super::reflected;
 use super::{Density, Pixel};
@@ -60,7 +61,7 @@ impl<const R: usize> Open<R> {
 
 /// A hit whose first connection is made.
 pub(super) struct Begun<const R: usize> {
-    open: Open<R>,
+    pub open: Open<R>,
     /// What would be seen if nothing hid the luminaires; zero where that is not known.
     whole: [Vec3; R],
     /// What the first connection brought.
@@ -85,9 +86,11 @@ impl Sampled {
 
 /// What the pixels around one say about its connections.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Advice {
-    /// Connections of each hit.
+pub(super) struct Advice {
+    /// Connections of the pixel's hits.
     connections: u32,
+    /// Camera paths through it.
+    pub paths: u32,
     /// The share of the closed form that is taken.
     alpha: f32,
 }
@@ -148,23 +151,35 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
         (!light.is_zero()).then(|| open.rows.map(|row| row * light))
     }
 
-    /// The second go over a tile of `width` pixels a row.
-    pub(super) fn connect_more(&mut self, pixels: &mut [Pixel<R>], width: usize) {
-        let open = std::mem::take(&mut self.open);
-        let mut sampled = std::mem::take(&mut self.sampled);
+    /// After the first look at a tile of `width` pixels a row: what the pixels around each one say about it.
+    pub(super) fn look_around(&mut self, pixels: &[Pixel<R>], width: usize) {
+        let sampled = &mut self.sampled;
         sampled.clear();
         sampled.resize(pixels.len(), [0.0; 3]);
-        for Begun { open, first, .. } in &open {
-            let [seen, unhidden, unknown] = &mut sampled[open.pixel];
-            *(if open.term.lobe.is_lambert() { seen } else { unknown }) += first[0].seen.element_sum();
+        let mut seen: Vec<f32> = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum()).collect();
+        let mut total = seen.clone();
+        for Begun { open, whole, first } in &self.open {
+            let connected = first[0].seen.element_sum();
+            let [seen_of_known, unhidden, unknown] = &mut sampled[open.pixel];
+            *(if open.term.lobe.is_lambert() { seen_of_known } else { unknown }) += connected;
             *unhidden += first[0].unhidden.element_sum();
+            total[open.pixel] += connected;
+            // What is hidden is found out by connections, which cost less than paths.
+            let whole = whole[0].element_sum();
+            seen[open.pixel] += if whole > 0.0 { whole } else { connected };
         }
-        let rest = pixels.iter().map(|pixel| pixel.parts[0].total().element_sum());
-        let total: Vec<f32> =
-            rest.zip(&sampled).map(|(rest, [seen, _, unknown])| rest + seen + unknown).collect();
-        let advice = advice(&sampled, &total, width);
+        self.advice = advice(sampled, &total, width);
+        for (i, advice) in self.advice.iter_mut().enumerate() {
+            advice.paths = paths(&seen, i, width);
+        }
+    }
+
+    /// The second go over a tile.
+    pub(super) fn connect_more(&mut self, pixels: &mut [Pixel<R>]) {
+        let mut open = std::mem::take(&mut self.open);
         for Begun { open, whole, first } in &open {
-            let Advice { connections: n, alpha } = advice[open.pixel];
+            let Advice { connections, paths, alpha } = self.advice[open.pixel];
+            let n = (connections / paths).max(1);
             let mut sums = first.map(|first| first.less(alpha));
             for i in 1..n {
                 for (sum, sampled) in sums.iter_mut().zip(self.connection(open, i)) {
@@ -176,9 +191,8 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
                 parts.add(PathClass::Direct, seen, open.is_reradiated());
             }
         }
-        self.sampled = sampled;
+        open.clear();
         self.open = open;
-        self.open.clear();
     }
 
     /// What connection `i` of a hit brings to each picture.
@@ -247,7 +261,7 @@ fn advice(sampled: &[[f32; 3]], total: &[f32], width: usize) -> Vec<Advice> {
             } else {
                 1
             };
-            Advice { connections, alpha: alpha as f32 }
+            Advice { connections, paths: 1, alpha: alpha as f32 }
         })
         .collect()
 }

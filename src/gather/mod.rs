@@ -6,6 +6,7 @@
 //! for whoever wants to know what it finds: a `Tally`. That of a picture adds up what pixels show; that of the atlas keeps
 //! light apart by its powers of s and t.
 
+mod again;
 mod branches;
 mod density;
 mod direct;
@@ -133,7 +134,9 @@ pub fn gather<D: Density, const R: usize>(plan: &Plan, frame: &Frame, maps: &D, 
                     tile.push(walk.pixel([x, y], rng));
                 }
             }
-            walk.tally.connect_more(&mut tile, right - left);
+            walk.tally.look_around(&tile, right - left);
+            walk.look_again(&mut tile, [left, band * TILE], right - left, pass);
+            walk.tally.connect_more(&mut tile);
             for (row, done) in rows.chunks_mut(width).zip(tile.chunks(right - left)) {
                 row[left..right].copy_from_slice(done);
             }

@@ -1,6 +1,6 @@
 //! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
-use super::direct::{Begun, Open};
+use super::direct::{Advice, Begun, Open};
 use super::{Density, Here, Irradiance, Pixel, Tally};
 use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
@@ -36,13 +36,15 @@ pub(super) struct Plain<'a, D: Density, const R: usize> {
     /// Hits of the tile that may connect more.
     pub open: Vec<Begun<R>>,
     pub sampled: Vec<[f32; 3]>,
+    /// What pixels around each of the tile say about it.
+    pub advice: Vec<Advice>,
 }
 
 impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
     pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a D) -> Self {
-        let (nearby, open, sampled) = (D::Nearby::default(), Vec::new(), Vec::new());
+        let (nearby, open, sampled, advice) = (D::Nearby::default(), Vec::new(), Vec::new(), Vec::new());
         let fluoresces = plan.scene.fluoresces();
-        Self { plan, frame, fluoresces, arrived: None, maps, nearby, pixel: 0, open, sampled }
+        Self { plan, frame, fluoresces, arrived: None, maps, nearby, pixel: 0, open, sampled, advice }
     }
 
     /// What comes now is for this pixel of the tile.

@@ -170,11 +170,11 @@ impl<const R: usize> Here<'_, R> {
 
 /// Camera paths, one after another.
 pub(crate) struct Walk<'a, T: Tally<R>, const R: usize> {
-    plan: &'a Plan,
+    pub(super) plan: &'a Plan,
     /// What connections know.
     sights: Option<&'a Sights>,
     /// Width and height of the film in pixels.
-    film: [u32; 2],
+    pub(super) film: [u32; 2],
     view: View,
     pub tally: T,
     /// By so much, or less, lines multiply from one delta reflection to the next.
@@ -197,15 +197,27 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
     }
 
     /// A path through a random point of the pixel at column `x` and row `y`.
-    pub fn pixel(&mut self, [x, y]: [usize; 2], mut rng: Rng) -> Pixel<R> {
+    pub fn pixel(&mut self, place: [usize; 2], mut rng: Rng) -> Pixel<R> {
+        let mut pixel = Pixel::EMPTY;
+        let within = rng.f32x2();
+        self.path((place, within), 1.0, &mut pixel, &mut rng);
+        pixel
+    }
+
+    /// A path through a point of the pixel at a column and a row, `within` [0, 1)²; the pixel is given this `part` of what it finds.
+    pub fn path(
+        &mut self,
+        ([x, y], [jx, jy]): ([usize; 2], [f32; 2]),
+        part: f32,
+        pixel: &mut Pixel<R>,
+        rng: &mut Rng,
+    ) {
         let [width, height] = self.film.map(|side| side as f32);
-        let [jx, jy] = rng.f32x2();
         let (x, y) = ((x as f32 + jx) / width, (y as f32 + jy) / height);
         let (origin, direction) =
             if self.view.has_lens() { self.view.ray_through(x, y, rng.f32x2()) } else { self.view.ray(x, y) };
-        let mut pixel = Pixel::EMPTY;
         // paper eq. 8: a pixel shows [0 1] L
-        let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE });
+        let rows = std::array::from_fn(|r| if r == 0 { Row::VISIBLE } else { Row::INVISIBLE } * part);
         let parent = Parent { rows, delta_chain: 0, share: 1.0 };
         self.stack.push(Line {
             origin,
@@ -220,9 +232,8 @@ impl<'a, T: Tally<R>, const R: usize> Walk<'a, T, R> {
             past: Past::NONE,
         });
         while let Some(line) = self.stack.pop() {
-            self.look_along(&line, &mut pixel, &mut rng);
+            self.look_along(&line, pixel, rng);
         }
-        pixel
     }
 
     fn look_along(&mut self, line: &Line<T::Mark, R>, pixel: &mut Pixel<R>, rng: &mut Rng) {

@@ -14,6 +14,8 @@ pub enum Stream {
     Measure = 4,
     /// Tests.
     Test = 5,
+    /// Camera paths through pixels that deserve several.
+    Again = 6,
 }
 
 /// A generator for one path of one pass: equal arguments give equal numbers on every machine and thread.

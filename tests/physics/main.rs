@@ -9,6 +9,7 @@ mod area_light;
 mod atlas;
 mod contact;
 mod determinism;
+mod edges;
 mod emission;
 mod emissive;
 mod environment;
