@@ -5,8 +5,8 @@ use super::super::peaks::Peaks;
 use super::super::sums::Film;
 use super::bits::Reader;
 use super::{
-    INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION, WIDTH,
-    checksum, special,
+    Common, INFINITE, LONGEST, LONGEST_HEAD, LOWEST, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead,
+    VERSION, WIDTH, checksum, special,
 };
 use crate::error::{Error, Result};
 use crate::film::Layer;
@@ -73,7 +73,7 @@ impl StateFile {
         sums.colour.iter_mut().try_for_each(|row| numbers(&mut colours, row))?;
         ends(colours)?;
         let width = head.width as usize;
-        let longest = longest(planes(head), 3 * width) + Peaks::BYTES * width;
+        let longest = longest(planes(head), 3 * width) + Peaks::longest(width);
         for y in 0..head.height as usize {
             block(rest, &mut bytes, longest)?;
             let mut row = bytes.as_slice();
@@ -106,7 +106,7 @@ fn planes(head: &StateHead) -> usize {
 
 /// The most bytes of so many rows of so many numbers.
 fn longest(rows: usize, numbers: usize) -> usize {
-    rows * (4 + numbers * (LONGEST as usize / 8 + 4))
+    rows * (6 + numbers * (LONGEST as usize / 8 + 4))
 }
 
 fn head(rest: &mut impl Read) -> Found<StateHead> {
@@ -166,12 +166,10 @@ fn ends(rest: &[u8]) -> Found<()> {
 
 /// Adds the numbers of a row.
 fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
-    let lowest = i16::from_le_bytes(taken(bytes)?);
     let mut bits = Reader::new(bytes);
-    let mut width = || bits.take(WIDTH).ok_or(MISFIT);
-    let widths = [width()?, width()?];
+    let common = Common::take(&mut bits).ok_or(MISFIT)?;
     for i in 0..row.len() {
-        let number = number(&mut bits, lowest, widths).ok_or(MISFIT)?;
+        let number = number(&mut bits, &common).ok_or(MISFIT)?;
         if !number.is_held() {
             return Err("a number in it is out of reach".into());
         }
@@ -181,13 +179,23 @@ fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
     Ok(())
 }
 
-fn number(bits: &mut Reader<'_>, lowest: i16, [above, lengths]: [u32; 2]) -> Option<Number> {
-    // Else a number would take no room.
-    let length = bits.take(lengths).filter(|_| lengths > 0)?;
-    if length == 0 {
+impl Common {
+    fn take(bits: &mut Reader<'_>) -> Option<Self> {
+        let mut lowest = || Some(i32::from(bits.take(LOWEST)? as u16 as i16));
+        let (lowest, lowest_top) = (lowest()?, lowest()?);
+        let exponents = bits.take(WIDTH)?;
+        // Else a number would take no room.
+        let tops = bits.take(WIDTH).filter(|tops| *tops > 0)?;
+        Some(Self { lowest, lowest_top, exponents, tops, signs: bits.take(1)? })
+    }
+}
+
+fn number(bits: &mut Reader<'_>, common: &Common) -> Option<Number> {
+    let top = bits.take(common.tops)?;
+    if top == 0 {
         return Some(Number::Zero);
     }
-    if length == special(lengths) {
+    if top == special(common.tops) {
         return match bits.take(SPECIAL)? {
             INFINITE => Some(Number::Infinite),
             MINUS_INFINITE => Some(Number::MinusInfinite),
@@ -195,9 +203,10 @@ fn number(bits: &mut Reader<'_>, lowest: i16, [above, lengths]: [u32; 2]) -> Opt
             _ => None,
         };
     }
-    let negative = bits.take(1)? == 1;
-    let exponent = i32::from(lowest) + bits.take(above)? as i32;
-    let magnitude = magnitude(bits, length)?;
+    let negative = bits.take(common.signs)? == 1;
+    let exponent = common.lowest + bits.take(common.exponents)? as i32;
+    let length = common.lowest_top + top as i32 - 1 - exponent;
+    let magnitude = magnitude(bits, u32::try_from(length).ok().filter(|length| *length > 0)?)?;
     Some(Number::Finite { negative, exponent, magnitude })
 }
 
@@ -214,10 +223,4 @@ fn magnitude(bits: &mut Reader<'_>, length: u32) -> Option<Vec<u8>> {
     magnitude[0] |= 1;
     *magnitude.last_mut()? |= 1 << ((length - 1) % 8);
     Some(magnitude)
-}
-
-fn taken<const N: usize>(bytes: &mut &[u8]) -> Found<[u8; N]> {
-    let (first, rest) = bytes.split_first_chunk().ok_or(MISFIT)?;
-    *bytes = rest;
-    Ok(*first)
 }

@@ -3,10 +3,10 @@
 use super::super::exact::{Number, Row, Whole};
 use super::super::replace::replace_file;
 use super::super::sums::{Film, Sums};
-use super::bits::Writer;
+use super::bits::{Writer, width_of};
 use super::{
-    INFINITE, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION, WIDTH,
-    checksum, special,
+    Common, INFINITE, LONGEST_HEAD, LOWEST, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION,
+    WIDTH, checksum, special,
 };
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -64,25 +64,39 @@ fn row(sums: &Sums, y: usize) -> Vec<u8> {
     bytes
 }
 
-/// The lowest exponent and two widths, then each number, bit by bit.
+/// What a row's numbers have in common, then each number, bit by bit.
 fn numbers<W: Whole>(bytes: &mut Vec<u8>, row: &Row<W>) {
     let all: Vec<Number> = (0..row.len()).map(|i| row.number(i)).collect();
-    let exponents = || all.iter().filter_map(exponent);
-    let lowest = exponents().min().unwrap_or(0);
-    let highest = exponents().max().unwrap_or(0);
-    let longest = all.iter().map(length).max().unwrap_or(0);
-    // One length more than there is, for what is not finite.
-    let widths = [width_of((highest - lowest) as u32), width_of(longest + 1)];
-    bytes.extend((lowest as i16).to_le_bytes());
+    let common = Common::of(&all);
     let mut bits = Writer::new(bytes);
-    widths.iter().for_each(|width| bits.put(*width, WIDTH));
-    all.iter().for_each(|number| put(&mut bits, number, lowest, widths));
+    common.put(&mut bits);
+    all.iter().for_each(|number| put(&mut bits, number, &common));
     bits.finish();
 }
 
-/// How many bits a number takes.
-fn width_of(number: u32) -> u32 {
-    u32::BITS - number.leading_zeros()
+impl Common {
+    fn of(all: &[Number]) -> Self {
+        let range = |of: fn(&Number) -> Option<i32>| {
+            let found = || all.iter().filter_map(of);
+            found().min().zip(found().max())
+        };
+        let (exponents, tops) = (range(exponent), range(top));
+        let above = |range: Option<(i32, i32)>| range.map(|(lowest, highest)| (highest - lowest) as u32);
+        Self {
+            lowest: exponents.map_or(0, |(lowest, _)| lowest),
+            lowest_top: tops.map_or(0, |(lowest, _)| lowest),
+            exponents: width_of(above(exponents).unwrap_or(0)),
+            // Zero is before all tops, and what is not finite behind them.
+            tops: width_of(above(tops).map_or(1, |above| above + 2)),
+            signs: u32::from(all.iter().any(|number| matches!(number, Number::Finite { negative: true, .. }))),
+        }
+    }
+
+    fn put(&self, bits: &mut Writer<'_>) {
+        [self.lowest, self.lowest_top].iter().for_each(|x| bits.put(u32::from(*x as i16 as u16), LOWEST));
+        [self.exponents, self.tops].iter().for_each(|width| bits.put(*width, WIDTH));
+        bits.put(self.signs, 1);
+    }
 }
 
 fn exponent(number: &Number) -> Option<i32> {
@@ -92,31 +106,35 @@ fn exponent(number: &Number) -> Option<i32> {
     }
 }
 
-/// Bits of the magnitude.
-fn length(number: &Number) -> u32 {
+/// The exponent behind the last bit of the magnitude.
+fn top(number: &Number) -> Option<i32> {
     match number {
-        Number::Finite { magnitude, .. } => {
-            8 * magnitude.len() as u32 - magnitude.last().map_or(0, |byte| byte.leading_zeros())
-        }
-        _ => 0,
+        Number::Finite { exponent, magnitude, .. } => Some(exponent + length(magnitude) as i32),
+        _ => None,
     }
 }
 
-fn put(bits: &mut Writer<'_>, number: &Number, lowest: i32, [above, lengths]: [u32; 2]) {
+/// Bits of a magnitude.
+fn length(magnitude: &[u8]) -> u32 {
+    8 * magnitude.len() as u32 - magnitude.last().map_or(0, |byte| byte.leading_zeros())
+}
+
+fn put(bits: &mut Writer<'_>, number: &Number, common: &Common) {
     let mut not_finite = |which: u32| {
-        bits.put(special(lengths), lengths);
+        bits.put(special(common.tops), common.tops);
         bits.put(which, SPECIAL);
     };
     match number {
-        Number::Zero => bits.put(0, lengths),
+        Number::Zero => bits.put(0, common.tops),
         Number::Infinite => not_finite(INFINITE),
         Number::MinusInfinite => not_finite(MINUS_INFINITE),
         Number::Nan => not_finite(NOT_A_NUMBER),
         Number::Finite { negative, exponent, magnitude } => {
-            bits.put(length(number), lengths);
-            bits.put(u32::from(*negative), 1);
-            bits.put((exponent - lowest) as u32, above);
-            between_ends(bits, magnitude, length(number));
+            let length = length(magnitude);
+            bits.put((exponent + length as i32 - common.lowest_top + 1) as u32, common.tops);
+            bits.put(u32::from(*negative), common.signs);
+            bits.put((exponent - common.lowest) as u32, common.exponents);
+            between_ends(bits, magnitude, length);
         }
     }
 }
