@@ -5,7 +5,7 @@ use super::frontier::Frontier;
 use super::places::MostOrders;
 use super::sums::AtlasSums;
 use crate::error::{Error, Result};
-use crate::film::{Header, Layer, WrittenLayer};
+use crate::film::{AnnexFile, Layer};
 use crate::gather::{Gathered, Maps};
 use crate::light::{Invisible, Matrix};
 use crate::memory::Memory;
@@ -36,6 +36,9 @@ const MOST_POWER: u8 = 92;
 const MOST_CROSSINGS: u8 = 42;
 /// So many passes are rendered together, or fewer: each has photon maps of its own.
 const MOST_TOGETHER: u32 = 4;
+/// The first passes of which two, and [`MOST_TOGETHER`], are rendered together.
+const BY_TWO: u32 = 8;
+const BY_MOST: u32 = 16;
 /// Paths that are shot to see how often light crosses surfaces.
 const PILOT_PATHS: u32 = 8_192;
 
@@ -108,9 +111,10 @@ impl AtlasRun {
     }
 
     /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but
-    /// they are one sample of the error bar. So the first come one by one, and none are more than a quarter of those before.
+    /// they are one sample of the error bar. So the first come one by one, and none are more than a quarter of those before. Groups
+    /// end at the same passes in every render, so that one that was stopped between two of them goes on as if it had not been.
     pub fn together(&self) -> u32 {
-        (self.sums.passes() / 4).clamp(1, MOST_TOGETHER)
+        left_of_group(self.sums.passes())
     }
 
     /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the frame is told
@@ -133,15 +137,33 @@ impl AtlasRun {
         self.sums.describe()
     }
 
-    /// The atlas so far as layers of a file; adds what makes a picture out of them to its header.
-    pub fn layers(&self, header: &mut Header) -> Vec<WrittenLayer<'_>> {
-        self.sums.layers(header)
+    /// The sums so far.
+    pub fn sums(&self) -> &AtlasSums {
+        &self.sums
+    }
+
+    /// Goes on from a state whose film was read: before the first pass.
+    ///
+    /// # Errors
+    /// One line: it is damaged, or of another atlas.
+    pub fn resume(&mut self, file: AnnexFile) -> Result<()> {
+        self.sums.go_on(file)
     }
 
     /// The atlas so far.
     pub fn atlas(&self) -> Atlas {
         self.sums.atlas()
     }
+}
+
+/// Passes after `done` that are of one group.
+fn left_of_group(done: u32) -> u32 {
+    let group = match done {
+        0..BY_TWO => 1,
+        BY_TWO..BY_MOST => 2,
+        _ => MOST_TOGETHER,
+    };
+    group - done % group
 }
 
 /// How passes are rendered, how far is counted, and where images exist.
@@ -251,4 +273,22 @@ fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
         beyond <= CROSSED_MORE * all
     });
     most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_end_at_the_same_passes_wherever_a_render_goes_on() {
+        let ends: Vec<u32> = std::iter::successors(Some(0), |done| Some(done + left_of_group(*done)))
+            .take_while(|done| *done < 30)
+            .collect();
+        assert_eq!(ends, [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28]);
+        for done in 0..100 {
+            let (next, end) = (done + left_of_group(done), |done: u32| ends.contains(&done) || done % 4 == 0);
+            assert!(end(next) && (done + 1..next).all(|between| !end(between)), "{done}");
+            assert!(left_of_group(done) <= (done / 4).max(1), "{done}");
+        }
+    }
 }

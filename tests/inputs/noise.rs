@@ -179,6 +179,7 @@ fn state() -> Vec<u8> {
         nanoseconds: 0,
         facts: Header::new(),
         preview: Preview::from(0.0),
+        annex: None,
     };
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.halflight");
@@ -206,7 +207,7 @@ fn the_seeds_of_states_are_of_the_format_as_it_is() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/state");
     let seeds = std::fs::read_dir(folder).expect("seeds").map(|seed| seed.expect("a seed").path());
     let read = seeds.map(|seed| StateFile::open(&seed).map(drop)).collect::<Result<Vec<()>, _>>();
-    assert_eq!(read.expect("states").len(), 2);
+    assert_eq!(read.expect("states").len(), 3);
     damage::state(&state());
 }
 

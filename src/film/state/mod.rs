@@ -2,6 +2,7 @@
 //!
 //! Sums are stored as they are, bit for bit; the same passes of the same render make the same sums, wherever they were rendered.
 
+mod annex;
 mod bits;
 mod head;
 mod read;
@@ -9,10 +10,11 @@ mod read;
 mod tests;
 mod write;
 
+pub use annex::AnnexFile;
 pub(super) use bits::{Reader as BitReader, Writer as BitWriter, width_of};
-pub use head::{Key, StateHead};
+pub use head::{Annex, Key, StateHead};
 pub use read::StateFile;
-pub use write::write_state;
+pub use write::{AnnexRows, write_state, write_state_with};
 
 /// What a file of ours begins with.
 pub const MAGIC: &[u8; 16] = b"halflight-state\n";

@@ -5,8 +5,8 @@ use super::super::replace::replace_file;
 use super::super::sums::{Film, Sums};
 use super::bits::{Writer, width_of};
 use super::{
-    Common, INFINITE, LONGEST_HEAD, LOWEST, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION,
-    WIDTH, checksum, special,
+    Annex, Common, INFINITE, LONGEST_HEAD, LOWEST, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead,
+    VERSION, WIDTH, checksum, special,
 };
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -15,36 +15,79 @@ use std::path::Path;
 
 /// Rows that are made ready at once: some megabytes.
 const ROWS: usize = 64;
+/// Bytes of an annex that are made ready at once, unless a row alone has more.
+const ANNEX_AT_ONCE: usize = 1 << 24;
+
+/// Sums beside a film, as they are to be stored.
+pub struct AnnexRows<'a> {
+    /// What they are.
+    pub name: &'static str,
+    /// What is to be known of them before they are read.
+    pub facts: Vec<u8>,
+    /// Bytes of a row of the picture.
+    pub row_bytes: u32,
+    /// Those of a row, from the top.
+    pub row: &'a (dyn Fn(usize) -> Vec<u8> + Sync),
+}
 
 /// Writes the sums of a film with what is to be said of them; the same film gives the same bytes. Written aside and renamed.
 ///
 /// # Errors
 /// It cannot be written; the old file is as it was.
 pub fn write_state(path: &Path, head: &StateHead, film: &Film) -> Result<()> {
+    write(path, &StateHead { annex: None, ..head.clone() }, film, None)
+}
+
+/// The same with sums beside the film.
+///
+/// # Errors
+/// It cannot be written; the old file is as it was.
+pub fn write_state_with(path: &Path, head: &StateHead, film: &Film, rows: &AnnexRows<'_>) -> Result<()> {
+    let annex = Annex { name: rows.name.into(), facts: rows.facts.len() as u32, row: rows.row_bytes };
+    write(path, &StateHead { annex: Some(annex), ..head.clone() }, film, Some(rows))
+}
+
+fn write(path: &Path, head: &StateHead, film: &Film, annex: Option<&AnnexRows<'_>>) -> Result<()> {
     let json = head.to_json().to_string();
     if json.len() > LONGEST_HEAD as usize {
         let reason = format!("its passes are in too many pieces ({}); merge states in order", head.passes);
         return Err(Error::Write { path: path.into(), reason });
     }
+    let height = film.height() as usize;
     replace_file(path, |file| {
         file.write_all(MAGIC)?;
         file.write_all(&VERSION.to_le_bytes())?;
-        block(file, json.as_bytes())?;
-        block(file, &colours(&film.sums))?;
-        let rows: Vec<usize> = (0..film.height() as usize).collect();
-        for rows in rows.chunks(ROWS) {
-            let blocks: Vec<Vec<u8>> = rows.par_iter().map(|y| row(&film.sums, *y)).collect();
-            blocks.iter().try_for_each(|bytes| block(file, bytes))?;
-        }
-        Ok(())
+        file.write_all(&block(json.into_bytes()))?;
+        file.write_all(&block(colours(&film.sums)))?;
+        rows(file, height, ROWS, &|y| row(&film.sums, y))?;
+        let Some(annex) = annex else { return Ok(()) };
+        file.write_all(&block(annex.facts.clone()))?;
+        let at_once = (ANNEX_AT_ONCE / annex.row_bytes as usize).clamp(1, ROWS);
+        rows(file, height, at_once, annex.row)
     })
 }
 
+/// A block of each row of the picture.
+fn rows(
+    file: &mut dyn Write,
+    height: usize,
+    at_once: usize,
+    row: &(dyn Fn(usize) -> Vec<u8> + Sync),
+) -> io::Result<()> {
+    for first in (0..height).step_by(at_once) {
+        let some = first..(first + at_once).min(height);
+        let blocks: Vec<Vec<u8>> = some.into_par_iter().map(|y| block(row(y))).collect();
+        blocks.iter().try_for_each(|block| file.write_all(block))?;
+    }
+    Ok(())
+}
+
 /// Bytes after their number and before their checksum.
-fn block(file: &mut dyn Write, bytes: &[u8]) -> io::Result<()> {
-    file.write_all(&(bytes.len() as u32).to_le_bytes())?;
-    file.write_all(bytes)?;
-    file.write_all(&checksum(bytes).to_le_bytes())
+fn block(mut bytes: Vec<u8>) -> Vec<u8> {
+    let (length, sum) = ((bytes.len() as u32).to_le_bytes(), checksum(&bytes).to_le_bytes());
+    bytes.extend(sum);
+    bytes.splice(0..0, length);
+    bytes
 }
 
 fn colours(sums: &Sums) -> Vec<u8> {
@@ -88,7 +131,9 @@ impl Common {
             exponents: width_of(above(exponents).unwrap_or(0)),
             // Zero is before all tops, and what is not finite behind them.
             tops: width_of(above(tops).map_or(1, |above| above + 2)),
-            signs: u32::from(all.iter().any(|number| matches!(number, Number::Finite { negative: true, .. }))),
+            signs: u32::from(
+                all.iter().any(|number| matches!(number, Number::Finite { negative: true, .. })),
+            ),
         }
     }
 
