@@ -98,8 +98,8 @@ impl AtlasRun {
     /// # Errors
     /// No image at `at`, or matter that does not follow s and multiplies light without end; too little memory.
     pub fn new(plan: &Plan, at: (f32, f32), layers: &[Layer]) -> Result<(Self, Frame)> {
-        let (frame, most, frontier) = prepare(plan, at)?;
-        let memory = memory(plan, &frame, most, layers);
+        let Prepared { frame, most, frontier, stored } = prepare(plan, at)?;
+        let memory = memory(plan, &frame, (most, stored), layers);
         memory.check(plan.settings.memory)?;
         let sums = AtlasSums::new((frame.width, frame.height), most, at, frontier);
         Ok((Self { sums, memory }, frame))
@@ -166,8 +166,19 @@ fn left_of_group(done: u32) -> u32 {
     group - done % group
 }
 
-/// How passes are rendered, how far is counted, and where images exist.
-fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)> {
+/// What is known before the first pass.
+struct Prepared {
+    /// How passes are rendered.
+    frame: Frame,
+    /// How far is counted.
+    most: MostOrders,
+    /// Where images exist.
+    frontier: Frontier,
+    /// Photons that a pass stores.
+    stored: f64,
+}
+
+fn prepare(plan: &Plan, at: (f32, f32)) -> Result<Prepared> {
     let settings = &plan.settings;
     let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
     let frontier = match truncated {
@@ -199,8 +210,8 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
         let photons = frame.photons.map(|photons| PhotonPlan { most_orders: n, growth, ..photons });
         frame = counted(plan, Frame { photons, ..frame });
     }
-    let most = MostOrders { n, m: most_crossings(plan, &frame), cut };
-    Ok((frame, most, frontier))
+    let (m, stored) = most_crossings(plan, &frame);
+    Ok(Prepared { frame, most: MostOrders { n, m, cut }, frontier, stored })
 }
 
 /// Reflections after which less than [`LEAST_KEPT`] of light is left that multiplies by `kappa` with each. Of these two may besides turn
@@ -229,9 +240,9 @@ fn most_turned(scene: &Scene) -> f64 {
 }
 
 /// What making an atlas will hold in memory.
-fn memory(plan: &Plan, frame: &Frame, most: MostOrders, layers: &[Layer]) -> Memory {
+fn memory(plan: &Plan, frame: &Frame, (most, stored): (MostOrders, f64), layers: &[Layer]) -> Memory {
     let size = (frame.width, frame.height);
-    Memory::of(plan, frame, layers).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
+    Memory::of_stored(plan, frame, layers, stored).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
 }
 
 /// The plan of an atlas of `scene`, which need not stand at (1, 1), and the point at which it stands.
@@ -253,15 +264,19 @@ pub fn plan(scene: &Scene, settings: Settings) -> Result<(Plan, (f32, f32))> {
 /// As for [`AtlasRun::new`], but for want of memory.
 pub fn forecast(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Memory> {
     let (plan, at) = plan(scene, settings)?;
-    let (frame, most, _) = prepare(&plan, at)?;
-    Ok(memory(&plan, &frame, most, layers))
+    let Prepared { frame, most, stored, .. } = prepare(&plan, at)?;
+    Ok(memory(&plan, &frame, (most, stored), layers))
 }
 
-/// How often light crosses surfaces, all but a small share of it.
-fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
-    let Some(photons) = &frame.photons else { return 2 * MOST_CROSSINGS / 3 };
+/// How often light crosses surfaces, all but a small share of it; and how many photons a pass stores. They are counted as passes shoot them,
+/// with the invisible half alone: roulette lets light of both halves live longer, nearly twice as long where both are as bright.
+fn most_crossings(plan: &Plan, frame: &Frame) -> (u8, f64) {
+    let Some(photons) = &frame.photons else { return (2 * MOST_CROSSINGS / 3, 0.0) };
+    let (paths, keep) = (f64::from(photons.paths), f64::from(photons.keep));
     let pilot = PhotonPlan { paths: photons.paths.min(PILOT_PATHS), keep: 1.0, ..photons.clone() };
+    let each = paths * keep / f64::from(pilot.paths);
     let photons = shoot::<Invisible>(plan, &Frame { photons: Some(pilot), ..frame.clone() }, u32::MAX - 1);
+    let stored = photons.count() as f64 * each;
     let mut power = [0.0; 256];
     for photon in photons.by_class.iter().flatten() {
         power[usize::from(photon.orders.m)] += f64::from(photon.power.0.element_sum());
@@ -272,7 +287,7 @@ fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
         beyond -= here;
         beyond <= CROSSED_MORE * all
     });
-    most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS))
+    (most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS)), stored)
 }
 
 #[cfg(test)]
