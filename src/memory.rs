@@ -88,10 +88,13 @@ impl Memory {
         }
     }
 
-    /// With an atlas of so many bytes, `together` of whose passes are made at once.
-    pub fn with_atlas(self, bytes: usize, together: u32) -> Self {
-        let together = together as usize;
-        Self { atlas: bytes, photons: together * self.photons, pass: together * self.pass, ..self }
+    /// With an atlas of so many bytes, of a film of this size in pixels, `together` of whose passes are made at once.
+    pub fn with_atlas(self, bytes: usize, together: u32, (width, height): (u32, u32)) -> Self {
+        let [gathered, passes, photons] =
+            [width as usize * height as usize * size_of::<Pixel<1>>(), self.pass, self.photons]
+                .map(|one| together as usize * one);
+        // Their pictures are made when their photons are gone.
+        Self { atlas: bytes, photons, pass: gathered.max(passes.saturating_sub(photons)), ..self }
     }
 
     /// With mattes of a film of this size in pixels.

@@ -242,7 +242,11 @@ fn most_turned(scene: &Scene) -> f64 {
 /// What making an atlas will hold in memory.
 fn memory(plan: &Plan, frame: &Frame, (most, stored): (MostOrders, f64), layers: &[Layer]) -> Memory {
     let size = (frame.width, frame.height);
-    Memory::of_stored(plan, frame, layers, stored).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
+    Memory::of_stored(plan, frame, layers, stored).with_atlas(
+        AtlasSums::bytes(size, most),
+        MOST_TOGETHER,
+        size,
+    )
 }
 
 /// The plan of an atlas of `scene`, which need not stand at (1, 1), and the point at which it stands.

@@ -187,7 +187,7 @@ impl Job<'_> {
                 let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, seed));
                 let beside = Beside { atlas: None, mattes: mattes.as_ref(), denoising: denoising.as_deref() };
                 let atlas = AtlasSums::bytes_of(state.head());
-                held.with_atlas(atlas, 1).check(settings.memory)?;
+                held.with_atlas(atlas, 1, size).check(settings.memory)?;
                 return complete_already(args, &self.files, state, &beside, preview).map(Some);
             }
             state => state,

@@ -240,8 +240,10 @@ fn an_atlas_goes_on_from_its_own_state_alone() {
         bad[flipped] ^= 4;
         for bytes in [&bad[..], &good[..end], &[&good[..], &[0]].concat()] {
             fs::write(&state, bytes).expect("written");
-            for passes in [4, 8] {
-                let render = format!("render {ATLAS} --passes {passes} --resume -o a.exr");
+            // What is complete needs no plan, and what goes on needs one first.
+            let passes = if end == all - 5000 { &[4, 8][..] } else { &[4] };
+            for passes in passes {
+                let render = format!("render {ATLAS} --passes {passes} --resume -q -o a.exr");
                 refused(here, &render, &["a.halflight", "no state to go on from"]);
             }
         }
