@@ -305,7 +305,8 @@ mod tests {
             .collect();
         assert_eq!(ends, [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28]);
         for done in 0..100 {
-            let (next, end) = (done + left_of_group(done), |done: u32| ends.contains(&done) || done % 4 == 0);
+            let (next, end) =
+                (done + left_of_group(done), |done: u32| ends.contains(&done) || done.is_multiple_of(4));
             assert!(end(next) && (done + 1..next).all(|between| !end(between)), "{done}");
             assert!(left_of_group(done) <= (done / 4).max(1), "{done}");
         }

@@ -38,7 +38,7 @@ impl Facts {
         let samples = frontier.samples();
         [*passes, *groups, samples.len() as u32].iter().for_each(|count| bytes.extend(count.to_le_bytes()));
         let samples = samples.iter().flat_map(|Sample { t, kappa, error }| [*t, *kappa, *error]);
-        let spread = colour.spread.iter().flat_map(|spread| spread.to_array());
+        let spread = colour.spread.iter().flat_map(DVec3::to_array);
         samples.chain(spread).for_each(|x| bytes.extend(x.to_le_bytes()));
         bytes
     }
