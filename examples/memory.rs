@@ -1,4 +1,4 @@
-//! What `halflight plan` says a render takes in memory, and what it takes: six scenes, as Markdown.
+//! What `halflight plan` says a render takes in memory, and what it takes: six scenes and two atlases, as Markdown.
 //!
 //! `cargo run --release --example memory -- target/release/halflight [WITHIN]` fails where one is off by more than WITHIN (0.15).
 //! Linux alone: the peak is that of the process, as the system tells it when it ends.
@@ -10,13 +10,15 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 /// Arguments of `plan` and `render`.
-const RENDERS: [&str; 6] = [
+const RENDERS: [&str; 8] = [
     "builtin:caustic-box --size 640x640",
     "builtin:cornell-spheres --size 512x512 --layers all",
     "builtin:cornell-spheres --size 800x600 --cryptomatte",
     "builtin:two-spheres --size 256x256 --illumination global",
     "builtin:cornell-spheres --size 1024x1024 --method path --samples 1",
     "scenes/cornell-spheres.gltf --size 256x256 --environment SKY",
+    "builtin:cornell-spheres --size 256x256 --atlas",
+    "builtin:caustic-box --size 96x96 --atlas",
 ];
 /// The longer side of the environment.
 const SKY: usize = 4096;
@@ -50,13 +52,14 @@ fn forecast(program: &str, arguments: &str) -> f64 {
     json["memory_bytes"]["total"].as_f64().expect("a number")
 }
 
-/// Bytes that three passes hold at the most, their picture included.
+/// Bytes that three passes hold at the most, their picture included; of an atlas twenty, of which the last four are made together.
 fn peak(program: &str, arguments: &str, folder: &Path) -> f64 {
+    let passes = if arguments.contains("--atlas") { "20" } else { "3" };
     let mut render = Command::new(program);
     render
         .arg("render")
         .args(arguments.split(' '))
-        .args(["--passes", "3", "-q", "-o"])
+        .args(["--passes", passes, "-q", "-o"])
         .arg(folder.join("a.exr"));
     let mut child = render.spawn().expect("the program runs");
     let status = format!("/proc/{}/status", child.id());

@@ -7,7 +7,7 @@ use crate::light::{Invisible, Light};
 pub use crate::machine::MemoryLimit;
 use crate::mattes::Mattes;
 use crate::photon::Photon;
-use crate::plan::{Frame, Method, Plan, Settings};
+use crate::plan::{Frame, Method, PhotonPlan, Plan, Settings};
 use glam::Vec3;
 
 /// Bytes that a render holds; `examples/memory.rs` compares the total with what is measured.
@@ -48,8 +48,12 @@ const WHILE_READ: usize = 2;
 impl Memory {
     /// Of a planned render without an atlas.
     pub fn of(plan: &Plan, frame: &Frame, layers: &[Layer]) -> Self {
-        let (stored, both) =
-            frame.photons.as_ref().map_or((0.0, false), |photons| (photons.stored(), photons.both_halves));
+        Self::of_stored(plan, frame, layers, frame.photons.as_ref().map_or(0.0, PhotonPlan::stored))
+    }
+
+    /// The same where it is known how many photons a pass stores.
+    pub fn of_stored(plan: &Plan, frame: &Frame, layers: &[Layer], stored: f64) -> Self {
+        let both = frame.photons.as_ref().is_some_and(|photons| photons.both_halves);
         let photon = if both { size_of::<Photon<Light>>() } else { size_of::<Photon<Invisible>>() };
         // Twice while they are put in order, with a sort key, a position and a place in the tree.
         let photons = stored * (2 * photon + 16 + 12 + 16) as f64;
@@ -84,10 +88,13 @@ impl Memory {
         }
     }
 
-    /// With an atlas of so many bytes, `together` of whose passes are made at once.
-    pub fn with_atlas(self, bytes: usize, together: u32) -> Self {
-        let together = together as usize;
-        Self { atlas: bytes, photons: together * self.photons, pass: together * self.pass, ..self }
+    /// With an atlas of so many bytes, of a film of this size in pixels, `together` of whose passes are made at once.
+    pub fn with_atlas(self, bytes: usize, together: u32, (width, height): (u32, u32)) -> Self {
+        let [gathered, passes, photons] =
+            [width as usize * height as usize * size_of::<Pixel<1>>(), self.pass, self.photons]
+                .map(|one| together as usize * one);
+        // Their pictures are made when their photons are gone.
+        Self { atlas: bytes, photons, pass: gathered.max(passes.saturating_sub(photons)), ..self }
     }
 
     /// With mattes of a film of this size in pixels.

@@ -41,7 +41,7 @@ fn cell(x: f64) -> (usize, f64) {
 /// Sums of squared deviations at every point, one group of passes after another (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ColourSpread {
-    spread: [DVec3; POINTS],
+    pub(super) spread: [DVec3; POINTS],
 }
 
 impl ColourSpread {

@@ -68,10 +68,10 @@ impl Frontier {
         Self { samples: vec![Sample { t: 1.0, kappa: 0.0, error: 0.0 }] }
     }
 
-    /// From samples as a file has them: t rising to 1. None where they are not.
+    /// From samples as a file has them: t rising from 0 or more to 1. None where they are not.
     pub fn from_samples(samples: Vec<Sample>) -> Option<Self> {
         let rising = samples.windows(2).all(|pair| pair[0].t < pair[1].t);
-        let sane = samples.iter().all(|s| s.kappa >= 0.0 && s.error >= 0.0);
+        let sane = samples.iter().all(|s| s.t >= 0.0 && s.kappa >= 0.0 && s.error >= 0.0);
         (rising && sane && samples.last().is_some_and(|last| last.t == 1.0)).then_some(Self { samples })
     }
 

@@ -32,6 +32,7 @@ mod frontier;
 mod nodes;
 mod places;
 mod run;
+mod state;
 mod sums;
 mod tally;
 

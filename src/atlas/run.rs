@@ -5,7 +5,7 @@ use super::frontier::Frontier;
 use super::places::MostOrders;
 use super::sums::AtlasSums;
 use crate::error::{Error, Result};
-use crate::film::{Header, Layer, WrittenLayer};
+use crate::film::{AnnexFile, Layer};
 use crate::gather::{Gathered, Maps};
 use crate::light::{Invisible, Matrix};
 use crate::memory::Memory;
@@ -36,6 +36,9 @@ const MOST_POWER: u8 = 92;
 const MOST_CROSSINGS: u8 = 42;
 /// So many passes are rendered together, or fewer: each has photon maps of its own.
 const MOST_TOGETHER: u32 = 4;
+/// The first passes of which two, and [`MOST_TOGETHER`], are rendered together.
+const BY_TWO: u32 = 8;
+const BY_MOST: u32 = 16;
 /// Paths that are shot to see how often light crosses surfaces.
 const PILOT_PATHS: u32 = 8_192;
 
@@ -95,8 +98,8 @@ impl AtlasRun {
     /// # Errors
     /// No image at `at`, or matter that does not follow s and multiplies light without end; too little memory.
     pub fn new(plan: &Plan, at: (f32, f32), layers: &[Layer]) -> Result<(Self, Frame)> {
-        let (frame, most, frontier) = prepare(plan, at)?;
-        let memory = memory(plan, &frame, most, layers);
+        let Prepared { frame, most, frontier, stored } = prepare(plan, at)?;
+        let memory = memory(plan, &frame, (most, stored), layers);
         memory.check(plan.settings.memory)?;
         let sums = AtlasSums::new((frame.width, frame.height), most, at, frontier);
         Ok((Self { sums, memory }, frame))
@@ -108,9 +111,10 @@ impl AtlasRun {
     }
 
     /// How many passes are best rendered next, together: it costs less to sort their sum into the atlas than each of them, but
-    /// they are one sample of the error bar. So the first come one by one, and none are more than a quarter of those before.
+    /// they are one sample of the error bar. So the first come one by one, and none are more than a quarter of those before. Groups
+    /// end at the same passes in every render, so that one that was stopped between two of them goes on as if it had not been.
     pub fn together(&self) -> u32 {
-        (self.sums.passes() / 4).clamp(1, MOST_TOGETHER)
+        left_of_group(self.sums.passes())
     }
 
     /// Renders passes: what each looks like at the film's point, and how many photons it stored. Nothing where the frame is told
@@ -133,9 +137,17 @@ impl AtlasRun {
         self.sums.describe()
     }
 
-    /// The atlas so far as layers of a file; adds what makes a picture out of them to its header.
-    pub fn layers(&self, header: &mut Header) -> Vec<WrittenLayer<'_>> {
-        self.sums.layers(header)
+    /// The sums so far.
+    pub fn sums(&self) -> &AtlasSums {
+        &self.sums
+    }
+
+    /// Goes on from a state whose film was read: before the first pass.
+    ///
+    /// # Errors
+    /// One line: it is damaged, or of another atlas.
+    pub fn resume(&mut self, file: AnnexFile) -> Result<()> {
+        self.sums.go_on(file)
     }
 
     /// The atlas so far.
@@ -144,8 +156,29 @@ impl AtlasRun {
     }
 }
 
-/// How passes are rendered, how far is counted, and where images exist.
-fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)> {
+/// Passes after `done` that are of one group.
+fn left_of_group(done: u32) -> u32 {
+    let group = match done {
+        0..BY_TWO => 1,
+        BY_TWO..BY_MOST => 2,
+        _ => MOST_TOGETHER,
+    };
+    group - done % group
+}
+
+/// What is known before the first pass.
+struct Prepared {
+    /// How passes are rendered.
+    frame: Frame,
+    /// How far is counted.
+    most: MostOrders,
+    /// Where images exist.
+    frontier: Frontier,
+    /// Photons that a pass stores.
+    stored: f64,
+}
+
+fn prepare(plan: &Plan, at: (f32, f32)) -> Result<Prepared> {
     let settings = &plan.settings;
     let truncated = settings.max_reflections.map(|most| u8::try_from(most).unwrap_or(u8::MAX));
     let frontier = match truncated {
@@ -177,8 +210,8 @@ fn prepare(plan: &Plan, at: (f32, f32)) -> Result<(Frame, MostOrders, Frontier)>
         let photons = frame.photons.map(|photons| PhotonPlan { most_orders: n, growth, ..photons });
         frame = counted(plan, Frame { photons, ..frame });
     }
-    let most = MostOrders { n, m: most_crossings(plan, &frame), cut };
-    Ok((frame, most, frontier))
+    let (m, stored) = most_crossings(plan, &frame);
+    Ok(Prepared { frame, most: MostOrders { n, m, cut }, frontier, stored })
 }
 
 /// Reflections after which less than [`LEAST_KEPT`] of light is left that multiplies by `kappa` with each. Of these two may besides turn
@@ -207,9 +240,13 @@ fn most_turned(scene: &Scene) -> f64 {
 }
 
 /// What making an atlas will hold in memory.
-fn memory(plan: &Plan, frame: &Frame, most: MostOrders, layers: &[Layer]) -> Memory {
+fn memory(plan: &Plan, frame: &Frame, (most, stored): (MostOrders, f64), layers: &[Layer]) -> Memory {
     let size = (frame.width, frame.height);
-    Memory::of(plan, frame, layers).with_atlas(AtlasSums::bytes(size, most), MOST_TOGETHER)
+    Memory::of_stored(plan, frame, layers, stored).with_atlas(
+        AtlasSums::bytes(size, most),
+        MOST_TOGETHER,
+        size,
+    )
 }
 
 /// The plan of an atlas of `scene`, which need not stand at (1, 1), and the point at which it stands.
@@ -231,15 +268,19 @@ pub fn plan(scene: &Scene, settings: Settings) -> Result<(Plan, (f32, f32))> {
 /// As for [`AtlasRun::new`], but for want of memory.
 pub fn forecast(scene: &Scene, settings: Settings, layers: &[Layer]) -> Result<Memory> {
     let (plan, at) = plan(scene, settings)?;
-    let (frame, most, _) = prepare(&plan, at)?;
-    Ok(memory(&plan, &frame, most, layers))
+    let Prepared { frame, most, stored, .. } = prepare(&plan, at)?;
+    Ok(memory(&plan, &frame, (most, stored), layers))
 }
 
-/// How often light crosses surfaces, all but a small share of it.
-fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
-    let Some(photons) = &frame.photons else { return 2 * MOST_CROSSINGS / 3 };
+/// How often light crosses surfaces, all but a small share of it; and how many photons a pass stores. They are counted as passes shoot them,
+/// with the invisible half alone: roulette lets light of both halves live longer, nearly twice as long where both are as bright.
+fn most_crossings(plan: &Plan, frame: &Frame) -> (u8, f64) {
+    let Some(photons) = &frame.photons else { return (2 * MOST_CROSSINGS / 3, 0.0) };
+    let (paths, keep) = (f64::from(photons.paths), f64::from(photons.keep));
     let pilot = PhotonPlan { paths: photons.paths.min(PILOT_PATHS), keep: 1.0, ..photons.clone() };
+    let each = paths * keep / f64::from(pilot.paths);
     let photons = shoot::<Invisible>(plan, &Frame { photons: Some(pilot), ..frame.clone() }, u32::MAX - 1);
+    let stored = photons.count() as f64 * each;
     let mut power = [0.0; 256];
     for photon in photons.by_class.iter().flatten() {
         power[usize::from(photon.orders.m)] += f64::from(photon.power.0.element_sum());
@@ -250,5 +291,24 @@ fn most_crossings(plan: &Plan, frame: &Frame) -> u8 {
         beyond -= here;
         beyond <= CROSSED_MORE * all
     });
-    most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS))
+    (most.map_or(MOST_CROSSINGS, |m| (m as u8).clamp(1, MOST_CROSSINGS)), stored)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_end_at_the_same_passes_wherever_a_render_goes_on() {
+        let ends: Vec<u32> = std::iter::successors(Some(0), |done| Some(done + left_of_group(*done)))
+            .take_while(|done| *done < 30)
+            .collect();
+        assert_eq!(ends, [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28]);
+        for done in 0..100 {
+            let (next, end) =
+                (done + left_of_group(done), |done: u32| ends.contains(&done) || done.is_multiple_of(4));
+            assert!(end(next) && (done + 1..next).all(|between| !end(between)), "{done}");
+            assert!(left_of_group(done) <= (done / 4).max(1), "{done}");
+        }
+    }
 }

@@ -17,26 +17,26 @@ use rayon::prelude::*;
 
 /// An atlas in the making.
 pub struct AtlasSums {
-    width: u32,
-    height: u32,
-    most: MostOrders,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) most: MostOrders,
     /// The film's own point of the square.
-    at: (f32, f32),
-    tables: Tables,
-    passes: u32,
+    pub(super) at: (f32, f32),
+    pub(super) tables: Tables,
+    pub(super) passes: u32,
     /// Groups of them, each a sample of the spread.
-    groups: u32,
+    pub(super) groups: u32,
     /// [`Tables::record`] colours of [`ABREAST`] pixels, row by row; the last ones of a row may have no pixel.
-    records: Vec<Colours>,
-    colour: ColourSpread,
+    pub(super) records: Vec<Colours>,
+    pub(super) colour: ColourSpread,
 }
 
 /// What every pixel needs and none changes.
-struct Tables {
-    n: Nodes,
-    m: Nodes,
+pub(super) struct Tables {
+    pub(super) n: Nodes,
+    pub(super) m: Nodes,
     shares: Shares,
-    frontier: Frontier,
+    pub(super) frontier: Frontier,
     level: Level,
     at_grid: AtGrid,
 }
@@ -54,7 +54,7 @@ impl Tables {
     }
 
     /// Sums of all pairs of stored powers, by node of n, then m; then the spread at every point of the grid: a colour each.
-    fn record(&self) -> usize {
+    pub(super) fn record(&self) -> usize {
         self.bins() + POINTS
     }
 

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 #[derive(Args, Clone, Copy, Debug)]
 pub struct KeepArgs {
     /// Store the state of the render so often, as in 60s, beside the picture (.halflight in place of its ending), and at the
-    /// end. Default: 60s, from the first minute on.
+    /// end. Default: 60s, from the first minute on; with --atlas none.
     #[arg(long, value_name = "TIME", value_parser = duration)]
     checkpoint: Option<Duration>,
 
@@ -75,15 +75,18 @@ impl Keep {
         let dealt = range || args.shard.is_some();
         let asked =
             args.checkpoint.is_some() || args.resume || args.extend || args.stop_after.is_some() || dealt;
-        let without = |what: &str| {
-            Err(Error::Usage(format!(
-                "{what} has no stored state; leave --checkpoint, --resume, --extend, --shard, --stop-after and --passes A..B out"
-            )))
-        };
-        match () {
-            () if asked && atlas => return without("--atlas: an atlas"),
-            () if asked && device => return without(&format!("{}: a device", output.display())),
-            () => {}
+        if asked && device {
+            return Err(Error::Usage(format!(
+                "{}: a device has no stored state; leave --checkpoint, --resume, --extend, --shard, --stop-after and --passes A..B out",
+                output.display()
+            )));
+        }
+        if dealt && atlas {
+            return Err(Error::Usage(
+                "--atlas: the sums of an atlas depend on the order of its passes, so that shares of them do not add up; leave --shard and \
+                 --passes A..B out"
+                    .into(),
+            ));
         }
         let (first, end) = match passes {
             None => (0, None),
@@ -97,7 +100,8 @@ impl Keep {
                 end.unwrap_or(u32::MAX)
             )));
         }
-        let path = (!atlas && !device).then(|| output.with_extension("halflight"));
+        // That of an atlas is as large as its picture: kilobytes a pixel that nobody asked for.
+        let path = (!device && (asked || !atlas)).then(|| output.with_extension("halflight"));
         let next = args.checkpoint.unwrap_or(EVERY);
         Ok(Self { args, path, asked, dealt, schedule, next, stored: false, failing: false })
     }

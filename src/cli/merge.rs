@@ -92,6 +92,7 @@ fn heads(states: &[PathBuf]) -> Result<(Vec<u64>, StateHead)> {
     let mut whole: Option<(StateHead, &Path)> = None;
     for path in states {
         let state = StateFile::open(path)?;
+        state.must_add_up()?;
         let head = state.head();
         heads.push(mark(head));
         match &mut whole {

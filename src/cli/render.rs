@@ -13,6 +13,7 @@ use super::threads::{number, start_threads};
 use super::under_way::{LONGEST_SILENCE, UnderWay};
 use super::watch::Watch;
 use super::writer::{Beside, Writer, write_picture};
+use crate::atlas::AtlasSums;
 use crate::error::{Error, Result};
 use crate::film::{Film, Layer, Preview, StateFile};
 use crate::machine::MemoryLimit;
@@ -174,7 +175,8 @@ impl Job<'_> {
             let held = if args.cryptomatte { held.with_mattes(size) } else { held };
             if args.denoise.denoise { held.with_denoising(size) } else { held }
         };
-        beside(Memory::of_pixels(&settings, &self.layers)).check(settings.memory)?;
+        let held = beside(Memory::of_pixels(&settings, &self.layers));
+        held.check(settings.memory)?;
         let state = if keep.asked { keep.found(&key(scene.hash(), &settings))? } else { None };
         if let (Some(state), Some(path)) = (&state, keep.path()) {
             args.denoise.check(path, state.head())?;
@@ -184,6 +186,8 @@ impl Job<'_> {
             Some(state) if keep.is_complete(state.head(), limits.time) => {
                 let mattes = args.cryptomatte.then(|| Mattes::of(&scene, size, seed));
                 let beside = Beside { atlas: None, mattes: mattes.as_ref(), denoising: denoising.as_deref() };
+                let atlas = AtlasSums::bytes_of(state.head());
+                held.with_atlas(atlas, 1, size).check(settings.memory)?;
                 return complete_already(args, &self.files, state, &beside, preview).map(Some);
             }
             state => state,
@@ -266,10 +270,13 @@ fn complete_already(
 ) -> Result<ExitCode> {
     let head = state.head().clone();
     let mut film = Film::new(head.width, head.height, &head.layers);
-    state.add_to(&mut film)?;
+    let atlas = match args.atlas {
+        true => Some(AtlasSums::of_annex(state.add_to_and_leave(&mut film)?)?),
+        false => state.add_to(&mut film).map(|()| None)?,
+    };
     let mut header = head.header();
     tell_error(&mut header, &film);
-    write_picture(files, &film, header, beside, preview)?;
+    write_picture(files, &film, header, &Beside { atlas: atlas.as_ref(), ..*beside }, preview)?;
     let written = files.describe();
     args.tell(&format_args!("complete: the state has all {} passes; wrote {written}", head.passes.len()));
     let too_few = too_few(head.passes.len()).filter(|_| args.denoise.denoise);

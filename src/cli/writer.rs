@@ -4,7 +4,7 @@ use super::denoise_args::too_few;
 use super::out::say;
 use super::output::PictureFiles;
 use super::preview_args::Settled;
-use crate::atlas::AtlasRun;
+use crate::atlas::{AtlasRun, AtlasSums};
 use crate::error::{Error, Result};
 use crate::film::denoise::{DENOISED, METHOD};
 use crate::film::{Compression, Film, Header, Layer, Preview, WrittenLayer, judge};
@@ -111,7 +111,7 @@ impl Writer {
 
     fn write(&self, render: &Render) -> Result<()> {
         let beside = Beside {
-            atlas: render.atlas_run(),
+            atlas: render.atlas_run().map(AtlasRun::sums),
             mattes: self.mattes.as_ref(),
             denoising: self.denoising.as_deref(),
         };
@@ -151,7 +151,7 @@ fn counted(passes: u32) -> String {
 #[derive(Default)]
 pub struct Beside<'a> {
     /// Every picture of the square.
-    pub atlas: Option<&'a AtlasRun>,
+    pub atlas: Option<&'a AtlasSums>,
     /// Of objects and materials.
     pub mattes: Option<&'a Mattes>,
     /// A denoised layer, and of the film's only these. None: all of them, as they are.

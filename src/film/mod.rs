@@ -40,7 +40,7 @@ pub use passes::{PassSet, Run, Schedule};
 pub use preview::{Exposure, Preview, View};
 pub use read_exr::read_exr;
 pub use replace::{Place, check_writable, replace_file};
-pub use state::{Key, StateFile, StateHead, write_state};
+pub use state::{Annex, AnnexFile, AnnexRows, Key, StateFile, StateHead, write_state, write_state_with};
 pub use sums::{Asides, Film, PassImage};
 pub use trust::Doubt;
 pub use write_exr::{Line, WrittenLayer, exr_bytes, line_of, write_exr, write_image_exr, write_layers_exr};

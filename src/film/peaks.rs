@@ -1,6 +1,6 @@
 //! Maxima and minima over passes of every pixel, coarsely, which is as much as tests of an error bar need.
 
-use super::state::{BitReader, BitWriter};
+use super::state::{BitReader, BitWriter, width_of};
 
 /// One row of the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,22 +72,61 @@ impl Peaks {
 
     /// As a file holds them, what was scattered first.
     pub fn write(&self, bits: &mut BitWriter<'_>) {
-        self.scattered.iter().for_each(|x| bits.put((*x).into(), SCATTERED));
-        self.one_more.iter().for_each(|x| bits.put((*x).into(), ONE_MORE));
+        write(&self.scattered, SCATTERED, bits);
+        write(&self.one_more, ONE_MORE, bits);
     }
 
     /// Takes in those that a file holds, of as many pixels. None: it ends early, or one is no number.
     pub fn join_written(&mut self, bits: &mut BitReader<'_>) -> Option<()> {
-        let mut row = |len: usize, width: u32| -> Option<Vec<u16>> {
-            let number = |_| u16::try_from(bits.take(width)?).ok().filter(|x| *x <= infinite(width));
-            (0..len).map(number).collect()
-        };
         let len = self.scattered.len();
-        let (scattered, one_more) = (row(len, SCATTERED)?, row(len, ONE_MORE)?);
+        let (scattered, one_more) = (read(len, SCATTERED, bits)?, read(len, ONE_MORE, bits)?);
         raise(&mut self.scattered, scattered.into_iter());
         lower(&mut self.one_more, one_more.into_iter());
         Some(())
     }
+
+    /// The most bytes that a file has for so many pixels.
+    pub const fn longest(len: usize) -> usize {
+        (2 * (EXPONENT + WIDTH) as usize + len * (2 + SCATTERED + ONE_MORE) as usize).div_ceil(8)
+    }
+}
+
+/// Bits of an exponent, and of the width of what is stored of it.
+const EXPONENT: u32 = 8;
+const WIDTH: u32 = 4;
+
+/// The lowest exponent and a width; then of each number its exponent, less the lowest and plus one, in so many bits, and its fraction.
+/// Zero alone, in as many bits, is zero.
+fn write(numbers: &[u16], bits_of_each: u32, bits: &mut BitWriter<'_>) {
+    let fraction = bits_of_each - EXPONENT;
+    let exponents = || numbers.iter().filter(|x| **x > 0).map(|x| u32::from(*x) >> fraction);
+    let lowest = exponents().min().unwrap_or(0);
+    let width = width_of(exponents().max().map_or(0, |highest| highest - lowest + 1));
+    bits.put(lowest, EXPONENT);
+    bits.put(width, WIDTH);
+    for x in numbers.iter().map(|x| u32::from(*x)) {
+        if x == 0 {
+            bits.put(0, width);
+        } else {
+            bits.put((x >> fraction) - lowest + 1, width);
+            bits.put(x & ((1 << fraction) - 1), fraction);
+        }
+    }
+}
+
+/// So many of the same. None: they end early, or one is no number.
+fn read(len: usize, bits_of_each: u32, bits: &mut BitReader<'_>) -> Option<Vec<u16>> {
+    let fraction = bits_of_each - EXPONENT;
+    let (lowest, width) = (bits.take(EXPONENT)?, bits.take(WIDTH)?);
+    let number = |_| match bits.take(width)? {
+        0 => Some(0),
+        above => {
+            let x = (lowest + above - 1) << fraction | bits.take(fraction)?;
+            // Its first bits may not be those of zero.
+            u16::try_from(x).ok().filter(|x| (1..=infinite(bits_of_each)).contains(x))
+        }
+    };
+    (0..len).map(number).collect()
 }
 
 fn raise(to: &mut [u16], from: impl Iterator<Item = u16>) {
@@ -114,5 +153,35 @@ mod tests {
             assert!(!is_ordinary || (down > 0.88 * x && up < 1.26 * x), "{down} {x} {up}");
         }
         assert_eq!((below(f32::NAN, SCATTERED), above(-1.0, ONE_MORE)), (0, 0));
+    }
+
+    #[test]
+    fn what_a_file_holds_comes_back() {
+        let all = [0.0, 1e-45, 1e-38, 0.25, 1.0, 1e30, f32::MAX, f32::INFINITY];
+        for lengths in [&all[..], &all[3..5], &[0.0; 3], &[0.0, 3.0], &[7.0; 4]] {
+            let mut row = Peaks::new(lengths.len());
+            row.meet_scattered(lengths);
+            row.meet_one_more(lengths);
+            let mut bytes = Vec::new();
+            let mut bits = BitWriter::new(&mut bytes);
+            row.write(&mut bits);
+            bits.finish();
+            assert!(bytes.len() <= Peaks::longest(lengths.len()));
+            let mut back = Peaks::new(lengths.len());
+            let mut bits = BitReader::new(&bytes);
+            assert_eq!(back.join_written(&mut bits), Some(()));
+            assert!(back == row && bits.finish() == Some(&[]), "{lengths:?}");
+        }
+        // A number beyond infinity, and one that is there though it is zero.
+        for (lowest, above, fraction) in [(255, 1, 1), (255, 2, 0), (0, 1, 0)] {
+            let mut bytes = Vec::new();
+            let mut bits = BitWriter::new(&mut bytes);
+            bits.put(lowest, EXPONENT);
+            bits.put(2, WIDTH);
+            bits.put(above, 2);
+            bits.put(fraction, SCATTERED - EXPONENT);
+            bits.finish();
+            assert_eq!(read(1, SCATTERED, &mut BitReader::new(&bytes)), None, "{lowest} {above} {fraction}");
+        }
     }
 }

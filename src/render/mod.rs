@@ -68,15 +68,17 @@ impl Render {
         Memory::of_pixels(&settings, &layers).check(settings.memory)?;
         let illumination = scene.describe_illumination();
         let asked = settings.clone();
-        let (plan, frame, atlas) = if settings.atlas {
-            plan_atlas(&scene, settings, &layers)?
+        // The plan of an atlas is of the scene at another point.
+        let (planned, hash) = if settings.atlas {
+            (plan_atlas(&scene, settings, &layers)?, Some(scene.hash()))
         } else {
-            plan_picture(scene, settings)?
+            (plan_picture(scene, settings)?, None)
         };
+        let (plan, frame, atlas) = planned;
         let memory = atlas.as_ref().map_or_else(|| Memory::of(&plan, &frame, &layers), AtlasRun::memory);
         memory.check(plan.settings.memory)?;
         let film = Film::new(frame.width, frame.height, &layers);
-        let key = key(plan.scene_hash, &asked);
+        let key = key(hash.unwrap_or(plan.scene_hash), &asked);
         let seconds = begin.elapsed().as_secs_f64();
         let schedule = Schedule::ALL;
         Ok(Self { plan, frame, film, schedule, key, atlas, memory, illumination, stored: 0, seconds })

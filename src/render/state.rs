@@ -2,7 +2,7 @@
 
 use super::Render;
 use crate::error::{Error, Result};
-use crate::film::{Film, Key, Preview, Schedule, StateFile, StateHead, write_state};
+use crate::film::{Film, Key, Preview, Schedule, StateFile, StateHead, write_state, write_state_with};
 use crate::machine;
 use crate::memory::{Memory, words};
 use crate::plan::{Direct, Settings};
@@ -77,7 +77,7 @@ impl Render {
         self.schedule.len().map(|all| all - done as u32)
     }
 
-    /// Everything about the render so far but its sums.
+    /// Everything about the render and its film so far but the sums.
     pub fn state_head(&self, preview: Preview) -> StateHead {
         StateHead {
             key: self.key.clone(),
@@ -90,6 +90,7 @@ impl Render {
             nanoseconds: (1e9 * self.seconds) as u64,
             facts: self.header(),
             preview,
+            annex: None,
         }
     }
 
@@ -98,10 +99,14 @@ impl Render {
     /// # Errors
     /// It cannot be written; what was there is as it was.
     pub fn save(&self, path: &Path, preview: Preview) -> Result<()> {
-        write_state(path, &self.state_head(preview), &self.film)
+        let head = self.state_head(preview);
+        match &self.atlas {
+            None => write_state(path, &head, &self.film),
+            Some(atlas) => atlas.sums().as_annex(|annex| write_state_with(path, &head, &self.film, annex)),
+        }
     }
 
-    /// Goes on from a state of the same picture, with passes of its size.
+    /// Goes on from a state of the same picture, with passes of its size; with that of an atlas only before the first pass.
     ///
     /// # Errors
     /// One line: it is of another picture, or damaged, or has a pass that is here already.
@@ -111,7 +116,13 @@ impl Render {
         if let Some(difference) = self.state_head(head.preview).difference(&head) {
             return Err(another_picture(path, &difference));
         }
-        state.add_to(&mut self.film)?;
+        match &mut self.atlas {
+            None => state.add_to(&mut self.film)?,
+            Some(_) if self.film.passes() > 0 => {
+                return Err(another_picture(path, "there are passes already"));
+            }
+            Some(atlas) => atlas.resume(state.add_to_and_leave(&mut self.film)?)?,
+        }
         self.count(&head);
         Ok(())
     }
@@ -119,8 +130,12 @@ impl Render {
     /// Adds a state that is in memory. A render without passes takes over the size of its.
     ///
     /// # Errors
-    /// One line: it is of another picture, or has a pass that is here already. Then nothing is changed.
+    /// One line: it is of another picture, or has a pass that is here already, or an atlas is made, whose sums are not in `film`. Then
+    /// nothing is changed.
     pub fn add(&mut self, head: &StateHead, film: &Film) -> std::result::Result<(), String> {
+        if self.atlas.is_some() {
+            return Err("a film alone is not added to an atlas; go on from the file of its state".into());
+        }
         let size = self.pass_size();
         if self.film.passes() == 0 {
             self.set_pass_size(head.pass_size);

@@ -8,6 +8,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+const ATLAS: &str =
+    "builtin:cornell-spheres --atlas --size 16x16 --photons 1000 --max-reflections 6 --layers visible,error";
 const SCENE: &str = "builtin:cornell-spheres --size 24x20 --photons 3000 --layers all";
 
 fn planes(folder: &Path, name: &str) -> Vec<(String, Vec<[u32; 3]>)> {
@@ -163,8 +165,89 @@ fn what_does_not_belong_together_is_refused_by_name() {
         &format!("render {small} --passes 2 --shard 3/3 -o f.exr"),
         &["--shard 3/3", "fewer shards"],
     );
-    refused(here, &format!("render {small} --atlas --resume -o f.exr"), &["--atlas", "--resume"]);
     refused(here, &format!("render {small} --resume -o /dev/null"), &["/dev/null", "device"]);
+}
+
+#[test]
+fn an_atlas_resumed_or_extended_is_the_single_render_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    done(here, &format!("render {ATLAS} --passes 40 -o whole.exr"));
+    assert!(planes(here, "whole.exr").iter().any(|(name, _)| name.starts_with("atlas_error")));
+    // Between any two groups of passes: one by one, by two, by four.
+    done(here, &format!("render {ATLAS} --passes 5 --checkpoint 60s --threads 1 -o a.exr"));
+    let told = done(here, &format!("render {ATLAS} --passes 12 --resume --threads 2 -o a.exr"));
+    assert!(told.contains("going on from 5 passes (0..5) in a.halflight"), "{told}");
+    done(here, &format!("render {ATLAS} --passes 20 --extend -o a.exr"));
+    done(here, &format!("render {ATLAS} --passes 40 --extend -o a.exr"));
+    equal(here, "whole.exr", "a.exr");
+    // What is complete is complete at once, and its picture is there again, with all that is said of it.
+    fs::remove_file(here.join("a.exr")).expect("there");
+    let told = done(here, &format!("render {ATLAS} --passes 40 --resume -o a.exr"));
+    assert!(told.contains("complete: the state has all 40 passes"), "{told}");
+    equal(here, "whole.exr", "a.exr");
+    let facts = |name: &str| {
+        let header = read_exr(&here.join(name)).expect("a picture").header;
+        let lasting = header.entries.into_iter().filter(|(name, _)| name != "seconds");
+        lasting.map(|(name, value)| (name, value.to_string())).collect::<std::collections::BTreeMap<_, _>>()
+    };
+    assert_eq!(facts("whole.exr"), facts("a.exr"));
+    done(here, "mix a.exr --at 0.5,0.5 -o mixed.exr");
+    // A bit that is lost is seen: one pass fewer, one that was counted twice.
+    done(here, &format!("render {ATLAS} --passes 39 -o fewer.exr"));
+    assert!(planes(here, "whole.exr") != planes(here, "fewer.exr"));
+    // Nobody asked for a state, which is as large as the picture.
+    assert!(!here.join("whole.halflight").exists());
+    let sizes = ["a.halflight", "a.exr"].map(|name| fs::metadata(here.join(name)).expect("there").len());
+    assert!(sizes[0] < 3 * sizes[1], "{sizes:?}");
+}
+
+#[test]
+fn an_atlas_goes_on_from_its_own_state_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    done(here, &format!("render {ATLAS} --passes 4 --checkpoint 60s -o a.exr"));
+    let plain = ATLAS.replace(" --atlas", "");
+    done(here, &format!("render {plain} --passes 4 --checkpoint 60s -o b.exr"));
+    refused(
+        here,
+        &format!("render {ATLAS} --passes 8 --resume -o b.exr"),
+        &["b.halflight", "--atlas: false"],
+    );
+    refused(here, &format!("render {plain} --passes 8 --resume -o a.exr"), &["a.halflight", "--atlas: true"]);
+    for (other, word) in [
+        (format!("{ATLAS} --illumination 0.5,0.25"), "scene: "),
+        (ATLAS.replace("--max-reflections 6", "--max-reflections 7"), "--max-reflections: 6 there, 7 here"),
+        (format!("{ATLAS} --seed 3"), "--seed: 0 there, 3 here"),
+    ] {
+        refused(here, &format!("render {other} --passes 8 --resume -o a.exr"), &["a.halflight", word]);
+    }
+    // Sums that depend on the order of passes are neither dealt out nor added up.
+    for dealt in ["--shard 1/2 --passes 8", "--passes 4..8"] {
+        refused(here, &format!("render {ATLAS} {dealt} -o c.exr"), &["--atlas", "--shard", "order"]);
+    }
+    refused(here, "merge a.halflight -o m.exr", &["a.halflight", "order of its passes"]);
+    refused(here, "merge b.halflight a.halflight -o m.exr", &["a.halflight", "order of its passes"]);
+    refused(here, &format!("render {ATLAS} --resume -o /dev/null"), &["/dev/null", "device"]);
+    // Damaged, in the film and behind it.
+    let state = here.join("a.halflight");
+    let good = fs::read(&state).expect("a state");
+    let all = good.len();
+    for (end, flipped) in
+        [(100, 40), (all / 2, all / 3), (all - 1, all / 2), (all - 9, all - 1), (all - 5000, all - 100)]
+    {
+        let mut bad = good.clone();
+        bad[flipped] ^= 4;
+        for bytes in [&bad[..], &good[..end], &[&good[..], &[0]].concat()] {
+            fs::write(&state, bytes).expect("written");
+            // What is complete needs no plan, and what goes on needs one first.
+            let passes = if end == all - 5000 { &[4, 8][..] } else { &[4] };
+            for passes in passes {
+                let render = format!("render {ATLAS} --passes {passes} --resume -q -o a.exr");
+                refused(here, &render, &["a.halflight", "no state to go on from"]);
+            }
+        }
+    }
 }
 
 #[test]
@@ -194,7 +277,11 @@ fn damaged_states_are_refused_in_a_line() {
 #[cfg(unix)]
 mod killed {
     use super::*;
+    use halflight::atlas::AtlasSums;
+    use halflight::film::{Film, StateFile};
+    use std::io::Read;
     use std::os::unix::process::ExitStatusExt;
+    use std::process::Child;
 
     fn command(folder: &Path, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_halflight"));
@@ -204,10 +291,41 @@ mod killed {
 
     /// Kills renders at moments that are spread over their lives, until one completes.
     fn kill_nine(kills: u32) {
+        let passes = 40 + 4 * kills;
+        let begun = |_: &mut Child| {};
+        killed(kills, &format!("render {SCENE} --passes {passes}"), begun, |here| {
+            done(here, "merge a.halflight -o now.exr");
+            fact(here, "now.exr", "passes").expect("passes")
+        });
+    }
+
+    /// The same with an atlas, whose planning takes longer than many passes: in three of four the first is waited for.
+    fn kill_an_atlas(kills: u32) {
+        let passes = 40 + 20 * kills;
+        let mut turn = 0;
+        let begun = |child: &mut Child| {
+            turn += 1;
+            if turn % 4 > 0 {
+                let mut byte = [0];
+                // None: it ended before.
+                child.stderr.as_mut().expect("a pipe").read_exact(&mut byte).ok();
+            }
+        };
+        let render = format!("render {ATLAS} --passes {passes} --quiet --progress json");
+        killed(kills, &render, begun, |here| {
+            let state = StateFile::open(&here.join("a.halflight")).expect("a state");
+            let head = state.head().clone();
+            let mut film = Film::new(head.width, head.height, &head.layers);
+            let atlas = state.add_to_and_leave(&mut film).and_then(AtlasSums::of_annex).expect("an atlas");
+            assert_eq!(atlas.passes(), film.passes());
+            film.passes().into()
+        });
+    }
+
+    /// The same for a render; `begun` waits until one lives long enough, and `load` loads a state and tells its passes.
+    fn killed(kills: u32, render: &str, mut begun: impl FnMut(&mut Child), load: impl Fn(&Path) -> f64) {
         let folder = tempfile::tempdir().expect("a folder");
         let here = folder.path();
-        let passes = 40 + 4 * kills;
-        let render = format!("render {SCENE} --passes {passes}");
         done(here, &format!("{render} -o whole.exr"));
         let (mut killed, mut most) = (0, 0.0);
         let mut wait = 0.05;
@@ -215,6 +333,7 @@ mod killed {
             let mut child = command(here, &format!("{render} --checkpoint 10ms --resume -o a.exr"))
                 .spawn()
                 .expect("it starts");
+            begun(&mut child);
             std::thread::sleep(Duration::from_secs_f64(wait));
             child.kill().expect("killed");
             let output = child.wait_with_output().expect("it ends");
@@ -229,8 +348,7 @@ mod killed {
                 killed += 1;
             }
             if here.join("a.halflight").exists() {
-                done(here, "merge a.halflight -o now.exr");
-                let now = fact(here, "now.exr", "passes").expect("passes");
+                let now = load(here);
                 assert!(now >= most, "{now} passes after {most}");
                 most = now;
             }
@@ -248,9 +366,15 @@ mod killed {
     }
 
     #[test]
+    fn an_atlas_that_is_killed_five_times_is_the_single_render_bit_for_bit() {
+        kill_an_atlas(5);
+    }
+
+    #[test]
     #[ignore = "takes some minutes"]
     fn a_render_that_is_killed_a_hundred_times_is_the_single_render_bit_for_bit() {
         kill_nine(110);
+        kill_an_atlas(110);
     }
 
     #[test]
@@ -258,11 +382,11 @@ mod killed {
         let folder = tempfile::tempdir().expect("a folder");
         let here = folder.path();
         let endless = format!("render {SCENE} --passes 100000 -o a.exr");
-        for more in ["--checkpoint 1m", "--resume", "--shard 1/2", "--passes 0..100000"] {
-            let endless = if more.starts_with("--passes") {
-                endless.replace("--passes 100000", "")
-            } else {
-                endless.clone()
+        for more in ["--checkpoint 1m", "--resume", "--shard 1/2", "--passes 0..100000", "--atlas"] {
+            let endless = match more {
+                "--passes 0..100000" => endless.replace("--passes 100000", ""),
+                "--atlas" => format!("render {ATLAS} --passes 100000 -o a.exr").replace("--atlas", ""),
+                _ => endless.clone(),
             };
             let output = halflight(here, &format!("{endless} {more} --stop-after 5s"));
             assert_eq!(output.status.code(), Some(85), "{more}: {}", said(&output));
@@ -280,7 +404,7 @@ mod killed {
             assert!(json["pass"].as_u64().expect("a number") >= 1 && json["seconds"].is_f64(), "{line}");
             assert!(["error", "bias", "eta"].iter().all(|name| json.get(name).is_some()), "{line}");
             Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
-            std::io::Read::read_to_string(&mut lines, &mut line).expect("text");
+            lines.read_to_string(&mut line).expect("text");
             assert_eq!(child.wait().expect("it ends").code(), Some(85), "{line}");
         }
         // Planning may take all of --time, and the first pass is completed all the same.

@@ -3,12 +3,12 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use halflight::atlas::Atlas;
+use halflight::atlas::{Atlas, AtlasSums};
 use halflight::error::Error;
-use halflight::film::{Film, Layer, StateFile, read_exr, write_state};
+use halflight::film::{Film, Header, Layer, StateFile, StateHead, read_exr, write_state, write_state_with};
 use halflight::scene::{Choice, Pose, Scene};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// A file of these bytes in a folder of its own.
@@ -134,6 +134,13 @@ fn as_they_are(bytes: &[u8]) {
         return;
     }
     let mut film = Film::new(head.width, head.height, &head.layers);
+    if head.annex.is_some() {
+        match state.add_to_and_leave(&mut film).and_then(AtlasSums::of_annex) {
+            Ok(atlas) => comes_back(&atlas, &head, &film),
+            Err(error) => one_line(&error),
+        }
+        return;
+    }
     if let Err(error) = state.add_to(&mut film) {
         return one_line(&error);
     }
@@ -147,6 +154,23 @@ fn as_they_are(bytes: &[u8]) {
     let both = [&film, &read].map(|film| film.mean(Layer::Visible));
     let bits = both.map(|plane| plane.iter().map(|v| v.to_array().map(f32::to_bits)).collect::<Vec<_>>());
     assert!(bits[0] == bits[1], "other sums came back");
+}
+
+/// The sums of an atlas are those that were read when they are stored again, and make an atlas whose file can be described.
+fn comes_back(atlas: &AtlasSums, head: &StateHead, film: &Film) {
+    let mut header = Header::new();
+    assert!(!atlas.layers(&mut header).is_empty() && header.entries.len() > 3);
+    let folder = tempfile::tempdir().expect("a folder");
+    let [once, twice] = ["once", "twice"].map(|name| folder.path().join(name));
+    let store = |path: &Path, atlas: &AtlasSums| {
+        atlas.as_annex(|annex| write_state_with(path, head, film, annex)).expect("what was read is written");
+        std::fs::read(path).expect("there")
+    };
+    let bytes = store(&once, atlas);
+    let mut read = Film::new(head.width, head.height, &head.layers);
+    let state = StateFile::open(&once).and_then(|state| state.add_to_and_leave(&mut read));
+    let again = state.and_then(AtlasSums::of_annex).expect("what was written is read");
+    assert!(store(&twice, &again) == bytes, "other sums came back");
 }
 
 /// Bytes before the first block of a state: its name and its version.

@@ -179,6 +179,7 @@ fn state() -> Vec<u8> {
         nanoseconds: 0,
         facts: Header::new(),
         preview: Preview::from(0.0),
+        annex: None,
     };
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.halflight");
@@ -200,14 +201,40 @@ proptest! {
     }
 }
 
+/// A state of three passes of 5×3 pixels with an atlas.
+fn state_with_an_atlas() -> Vec<u8> {
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/state/atlas.halflight"))
+        .expect("a seed")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn bytes_of_a_state_with_an_atlas(
+        hits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        from_the_end in 1..8_usize,
+    ) {
+        let mut bytes = state_with_an_atlas();
+        // Most of it are numbers, any of which is one; what is to be known of them stands before.
+        let within = bytes.len() / from_the_end;
+        for (index, value) in hits {
+            let at = index.index(within);
+            bytes[at] = value;
+        }
+        damage::state(&bytes);
+    }
+}
+
 /// So that damage of states is not refused for what they all have in common.
 #[test]
 fn the_seeds_of_states_are_of_the_format_as_it_is() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/state");
     let seeds = std::fs::read_dir(folder).expect("seeds").map(|seed| seed.expect("a seed").path());
     let read = seeds.map(|seed| StateFile::open(&seed).map(drop)).collect::<Result<Vec<()>, _>>();
-    assert_eq!(read.expect("states").len(), 2);
+    assert_eq!(read.expect("states").len(), 3);
     damage::state(&state());
+    damage::state(&state_with_an_atlas());
 }
 
 fn collect(value: &serde_json::Value, path: String, leaves: &mut Vec<String>) {

@@ -7,7 +7,7 @@ use crate::agreement::{cornell, left_to_the_long_run, mixed};
 use glam::Vec3;
 use halflight::atlas::Atlas;
 use halflight::error::Error;
-use halflight::film::Layer;
+use halflight::film::{Film, Layer, Preview, StateFile};
 use halflight::light::Matrix;
 use halflight::measure::{Estimate, agreement};
 use halflight::plan::{Method, Settings};
@@ -210,10 +210,47 @@ fn passes_rendered_together_are_those_rendered_one_by_one() {
     assert_eq!(together.film().mean(Layer::Visible), one_by_one.film().mean(Layer::Visible));
     let (together, one_by_one) = (together.atlas().expect("one"), one_by_one.atlas().expect("one"));
     assert_eq!((together.passes, one_by_one.passes, one_by_one.groups), (PASSES, PASSES, PASSES));
-    assert_eq!(together.groups, 8 + 2 + 2 + 6 + 1, "by two, three and four, and one that was left");
+    assert_eq!(together.groups, 8 + 4 + 6 + 1, "one by one, by two and by four, and three that were left");
     for (a, b) in together.planes.iter().flatten().zip(one_by_one.planes.iter().flatten()) {
         assert!((*a - *b).abs().max_element() < 1e-5 * (1e-3 + b.max_element()), "{a} instead of {b}");
     }
+}
+
+#[test]
+fn an_atlas_that_goes_on_from_its_state_is_that_of_one_go() {
+    let scene = cornell(Illumination::GLOBAL);
+    let settings = Settings { atlas: true, ..settings(9, 2_000) };
+    let begin = || Render::new(scene.clone(), settings.clone(), &[Layer::Visible]).expect("a render");
+    let go_on = |mut render: Render, passes: u32| {
+        while render.film().passes() < passes {
+            render.passes(passes - render.film().passes());
+        }
+        render
+    };
+    let whole = go_on(begin(), 24);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.halflight");
+    let resume = |render: &mut Render| render.resume(&path, StateFile::open(&path)?);
+    for stop in [1, 7, 8, 10, 16, 20] {
+        go_on(begin(), stop).save(&path, Preview::from(0.0)).expect("stored");
+        let mut resumed = begin();
+        resume(&mut resumed).expect("of the same render");
+        assert_eq!(resumed.film().passes(), stop);
+        let again = resume(&mut resumed).expect_err("it has passes").to_string();
+        assert!(again.contains("there are passes already"), "{again}");
+        let resumed = go_on(resumed, 24);
+        assert!(resumed.atlas() == whole.atlas(), "stopped after {stop}");
+        assert_eq!(resumed.film().mean(Layer::Visible), whole.film().mean(Layer::Visible));
+    }
+    // Cut in two, a group is another sample of the error bar, and sums round otherwise.
+    let cut = go_on(go_on(begin(), 9), 24);
+    let (cut, whole) = (cut.atlas().expect("one"), whole.atlas().expect("one"));
+    assert_eq!((cut.passes, cut.groups), (24, whole.groups + 1));
+    assert!(cut != whole);
+    // A film alone is not half an atlas.
+    let head = begin().state_head(Preview::from(0.0));
+    let film = Film::new(SIDE, SIDE, &[Layer::Visible]);
+    assert!(begin().add(&head, &film).expect_err("refused").contains("atlas"));
 }
 
 #[test]

@@ -1,5 +1,10 @@
 //! Numbers of some bits each, one after the other, from the lowest bit of the first byte up.
 
+/// How many bits a number takes.
+pub(in crate::film) fn width_of(number: u32) -> u32 {
+    u32::BITS - number.leading_zeros()
+}
+
 /// Bytes that are filled bit by bit.
 pub(in crate::film) struct Writer<'a> {
     bytes: &'a mut Vec<u8>,

@@ -20,6 +20,27 @@ impl Key {
     }
 }
 
+/// What stands in a state behind the rows of its film: a block of facts, then one for each row of the picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Annex {
+    /// What it is.
+    pub name: String,
+    /// Bytes of the facts.
+    pub facts: u32,
+    /// Bytes of each row.
+    pub row: u32,
+}
+
+impl Annex {
+    /// Why states that hold one are not added to others.
+    pub(super) fn does_not_add_up(&self) -> String {
+        format!(
+            "the sums of an {} depend on the order of its passes, so that states of it do not add up",
+            self.name
+        )
+    }
+}
+
 /// Everything about a state but its sums.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateHead {
@@ -43,6 +64,8 @@ pub struct StateHead {
     pub facts: Header,
     /// How the picture is shown.
     pub preview: Preview,
+    /// Sums that are not the film's.
+    pub annex: Option<Annex>,
 }
 
 impl StateHead {
@@ -53,6 +76,9 @@ impl StateHead {
     pub fn join(&mut self, other: &Self) -> Result<(), String> {
         if let Some(difference) = self.difference(other) {
             return Err(difference);
+        }
+        if let Some(annex) = self.annex.as_ref().or(other.annex.as_ref()) {
+            return Err(annex.does_not_add_up());
         }
         self.passes.join(&other.passes).map_err(|pass| format!("pass {pass} is in both"))?;
         self.photons = self.photons.saturating_add(other.photons);
@@ -91,7 +117,7 @@ impl StateHead {
             Exposure::Auto => json!("auto"),
             Exposure::Stops(stops) => json!(stops),
         };
-        json!({
+        let mut json = json!({
             "program": concat!("halflight ", env!("CARGO_PKG_VERSION")),
             "key": self.key.0,
             "pass_size": self.pass_size,
@@ -102,7 +128,11 @@ impl StateHead {
             "nanoseconds": self.nanoseconds,
             "facts": facts,
             "preview": {"exposure": exposure, "view": self.preview.view.name()},
-        })
+        });
+        if let Some(Annex { name, facts, row }) = &self.annex {
+            json["annex"] = json!({"name": name, "facts": facts, "row": row});
+        }
+        json
     }
 
     /// None: something is missing or is not what it should be; what, in words.
@@ -130,6 +160,7 @@ impl StateHead {
             nanoseconds: count("nanoseconds")?,
             facts: Header { entries: facts.iter().filter_map(entry).collect() },
             preview: all.get("preview").and_then(preview).ok_or("its preview is damaged")?,
+            annex: all.get("annex").map(|json| annex(json).ok_or("its annex is damaged")).transpose()?,
         })
     }
 }
@@ -162,6 +193,16 @@ fn preview(json: &Json) -> Option<Preview> {
     Some(Preview { exposure, view: json.get("view")?.as_str()?.parse().ok()? })
 }
 
+/// The most bytes of the facts of an annex.
+const MOST_FACTS: u32 = 1 << 16;
+
+fn annex(json: &Json) -> Option<Annex> {
+    let bytes = |name: &str| u32::try_from(json.get(name)?.as_u64()?).ok().filter(|bytes| *bytes > 0);
+    let name = json.get("name")?.as_str().filter(|name| is_word(name))?;
+    let facts = bytes("facts").filter(|facts| *facts <= MOST_FACTS)?;
+    Some(Annex { name: name.to_owned(), facts, row: bytes("row")? })
+}
+
 /// None: a measure that is no number.
 fn fact((name, value): &(String, Value)) -> Option<Json> {
     Some(match value {
@@ -182,8 +223,10 @@ fn entry(json: &Json) -> Option<(String, Value)> {
         _ => return None,
     };
     // What names of attributes may be made of in a picture's file.
-    let name = name.as_str().filter(|name| {
-        name.len() < 64 && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
-    })?;
+    let name = name.as_str().filter(|name| is_word(name))?;
     Some((name.to_owned(), value))
+}
+
+fn is_word(name: &str) -> bool {
+    name.len() < 64 && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }

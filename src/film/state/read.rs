@@ -3,10 +3,11 @@
 use super::super::exact::{Number, Row, Whole};
 use super::super::peaks::Peaks;
 use super::super::sums::Film;
+use super::annex::AnnexFile;
 use super::bits::Reader;
 use super::{
-    INFINITE, LONGEST, LONGEST_HEAD, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead, VERSION, WIDTH,
-    checksum, special,
+    Common, INFINITE, LONGEST, LONGEST_HEAD, LOWEST, MAGIC, MINUS_INFINITE, NOT_A_NUMBER, SPECIAL, StateHead,
+    VERSION, WIDTH, checksum, special,
 };
 use crate::error::{Error, Result};
 use crate::film::Layer;
@@ -22,7 +23,7 @@ pub struct StateFile {
 }
 
 /// What is wrong with a file; its name is added later.
-type Found<T> = std::result::Result<T, String>;
+pub(super) type Found<T> = std::result::Result<T, String>;
 
 impl StateFile {
     /// Reads the head and looks whether the file is long enough for what it promises.
@@ -41,7 +42,8 @@ impl StateFile {
         let head = head(&mut rest).map_err(|reason| wrong(path, reason))?;
         // Each number is a bit at least.
         let numbers = 3 * u64::from(head.width) * planes(&head) as u64;
-        let least = u64::from(head.height) * numbers.div_ceil(8);
+        let annex = head.annex.as_ref().map_or(0, |annex| annex.row.into());
+        let least = u64::from(head.height) * (numbers.div_ceil(8) + annex);
         if there.len() < least {
             return Err(wrong(path, CUT.into()));
         }
@@ -53,12 +55,36 @@ impl StateFile {
         &self.head
     }
 
-    /// Adds its sums to a film of the same size and layers.
+    /// Adds its sums to a film of the same size and layers. There are no others.
     ///
     /// # Errors
-    /// One line: it is damaged, or one of its passes is in the film already. After an error the film is of no use.
+    /// One line: it has an [`Annex`], is damaged, or one of its passes is in the film already. After an error the film is of no use.
     pub fn add_to(mut self, film: &mut Film) -> Result<()> {
-        self.add(film).map_err(|reason| wrong(&self.path, reason))
+        self.must_add_up()?;
+        self.add(film).and_then(|()| ended(&mut self.rest)).map_err(|reason| wrong(&self.path, reason))
+    }
+
+    /// Refuses sums that are not added to others.
+    ///
+    /// # Errors
+    /// One line: it has an [`Annex`].
+    pub fn must_add_up(&self) -> Result<()> {
+        let Some(annex) = &self.head.annex else { return Ok(()) };
+        let reason = format!("{}; only the render that it is of goes on from it", annex.does_not_add_up());
+        Err(Error::Image { path: self.path.clone(), reason })
+    }
+
+    /// Adds the sums of its film, and leaves its annex to be read.
+    ///
+    /// # Errors
+    /// One line: it has none, is damaged, or one of its passes is in the film already. After an error the film is of no use.
+    pub fn add_to_and_leave(mut self, film: &mut Film) -> Result<AnnexFile> {
+        self.add(film).map_err(|reason| wrong(&self.path, reason))?;
+        let Self { path, head, rest } = self;
+        if head.annex.is_none() {
+            return Err(wrong(&path, "it is of a picture alone".into()));
+        }
+        Ok(AnnexFile::new(path, head, rest))
     }
 
     fn add(&mut self, film: &mut Film) -> Found<()> {
@@ -73,7 +99,7 @@ impl StateFile {
         sums.colour.iter_mut().try_for_each(|row| numbers(&mut colours, row))?;
         ends(colours)?;
         let width = head.width as usize;
-        let longest = longest(planes(head), 3 * width) + Peaks::BYTES * width;
+        let longest = longest(planes(head), 3 * width) + Peaks::longest(width);
         for y in 0..head.height as usize {
             block(rest, &mut bytes, longest)?;
             let mut row = bytes.as_slice();
@@ -82,15 +108,19 @@ impl StateFile {
             sums.bias.iter_mut().try_for_each(|rows| numbers(&mut row, &mut rows[y]))?;
             peaks(row, &mut sums.peaks[y])?;
         }
-        match rest.read(&mut [0]) {
-            Ok(0) => Ok(()),
-            Ok(_) => Err("it goes on after its last row".into()),
-            Err(e) => Err(e.to_string()),
-        }
+        Ok(())
     }
 }
 
-fn wrong(path: &Path, reason: String) -> Error {
+pub(super) fn ended(rest: &mut impl Read) -> Found<()> {
+    match rest.read(&mut [0]) {
+        Ok(0) => Ok(()),
+        Ok(_) => Err("it goes on after its last row".into()),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+pub(super) fn wrong(path: &Path, reason: String) -> Error {
     let way_out = "; remove it, or render it again";
     Error::Image { path: path.into(), reason: format!("no state to go on from: {reason}{way_out}") }
 }
@@ -106,7 +136,7 @@ fn planes(head: &StateHead) -> usize {
 
 /// The most bytes of so many rows of so many numbers.
 fn longest(rows: usize, numbers: usize) -> usize {
-    rows * (4 + numbers * (LONGEST as usize / 8 + 4))
+    rows * (6 + numbers * (LONGEST as usize / 8 + 4))
 }
 
 fn head(rest: &mut impl Read) -> Found<StateHead> {
@@ -135,7 +165,7 @@ fn cut(e: &io::Error) -> String {
 }
 
 /// The next block, in place of what is in `bytes`.
-fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()> {
+pub(super) fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()> {
     let length = word(rest)? as usize;
     if length > longest {
         return Err(DAMAGED.into());
@@ -151,7 +181,7 @@ fn block(rest: &mut impl Read, bytes: &mut Vec<u8>, longest: usize) -> Found<()>
     if u64::from_le_bytes(sum) == checksum(bytes) { Ok(()) } else { Err(DAMAGED.into()) }
 }
 
-const MISFIT: &str = "a row does not hold what it should";
+pub(super) const MISFIT: &str = "a row does not hold what it should";
 
 /// Takes in the maxima and minima of a row, which end it.
 fn peaks(bytes: &[u8], row: &mut Peaks) -> Found<()> {
@@ -166,12 +196,10 @@ fn ends(rest: &[u8]) -> Found<()> {
 
 /// Adds the numbers of a row.
 fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
-    let lowest = i16::from_le_bytes(taken(bytes)?);
     let mut bits = Reader::new(bytes);
-    let mut width = || bits.take(WIDTH).ok_or(MISFIT);
-    let widths = [width()?, width()?];
+    let common = Common::take(&mut bits).ok_or(MISFIT)?;
     for i in 0..row.len() {
-        let number = number(&mut bits, lowest, widths).ok_or(MISFIT)?;
+        let number = number(&mut bits, &common).ok_or(MISFIT)?;
         if !number.is_held() {
             return Err("a number in it is out of reach".into());
         }
@@ -181,13 +209,23 @@ fn numbers<W: Whole>(bytes: &mut &[u8], row: &mut Row<W>) -> Found<()> {
     Ok(())
 }
 
-fn number(bits: &mut Reader<'_>, lowest: i16, [above, lengths]: [u32; 2]) -> Option<Number> {
-    // Else a number would take no room.
-    let length = bits.take(lengths).filter(|_| lengths > 0)?;
-    if length == 0 {
+impl Common {
+    fn take(bits: &mut Reader<'_>) -> Option<Self> {
+        let mut lowest = || Some(i32::from(bits.take(LOWEST)? as u16 as i16));
+        let (lowest, lowest_top) = (lowest()?, lowest()?);
+        let exponents = bits.take(WIDTH)?;
+        // Else a number would take no room.
+        let tops = bits.take(WIDTH).filter(|tops| *tops > 0)?;
+        Some(Self { lowest, lowest_top, exponents, tops, signs: bits.take(1)? })
+    }
+}
+
+fn number(bits: &mut Reader<'_>, common: &Common) -> Option<Number> {
+    let top = bits.take(common.tops)?;
+    if top == 0 {
         return Some(Number::Zero);
     }
-    if length == special(lengths) {
+    if top == special(common.tops) {
         return match bits.take(SPECIAL)? {
             INFINITE => Some(Number::Infinite),
             MINUS_INFINITE => Some(Number::MinusInfinite),
@@ -195,9 +233,10 @@ fn number(bits: &mut Reader<'_>, lowest: i16, [above, lengths]: [u32; 2]) -> Opt
             _ => None,
         };
     }
-    let negative = bits.take(1)? == 1;
-    let exponent = i32::from(lowest) + bits.take(above)? as i32;
-    let magnitude = magnitude(bits, length)?;
+    let negative = bits.take(common.signs)? == 1;
+    let exponent = common.lowest + bits.take(common.exponents)? as i32;
+    let length = common.lowest_top + top as i32 - 1 - exponent;
+    let magnitude = magnitude(bits, u32::try_from(length).ok().filter(|length| *length > 0)?)?;
     Some(Number::Finite { negative, exponent, magnitude })
 }
 
@@ -214,10 +253,4 @@ fn magnitude(bits: &mut Reader<'_>, length: u32) -> Option<Vec<u8>> {
     magnitude[0] |= 1;
     *magnitude.last_mut()? |= 1 << ((length - 1) % 8);
     Some(magnitude)
-}
-
-fn taken<const N: usize>(bytes: &mut &[u8]) -> Found<[u8; N]> {
-    let (first, rest) = bytes.split_first_chunk().ok_or(MISFIT)?;
-    *bytes = rest;
-    Ok(*first)
 }

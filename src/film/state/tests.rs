@@ -58,6 +58,7 @@ fn head(film: &Film) -> StateHead {
             .with("k_at_most", 1.0)
             .with("passes", 1_u32),
         preview: Preview::from(0.5),
+        annex: None,
     }
 }
 
