@@ -117,6 +117,17 @@ class Luminaire:
         halves: Halves | None = None,
     ) -> Luminaire: ...
     @staticmethod
+    def profile(
+        position: Numbers,
+        direction: Numbers,
+        file: Path,
+        *,
+        intensity: Color | None = None,
+        multiplier: Color | None = None,
+        up: Numbers | None = None,
+        halves: Halves | None = None,
+    ) -> Luminaire: ...
+    @staticmethod
     def directional(direction: Numbers, irradiance: Color, *, halves: Halves | None = None) -> Luminaire: ...
     @staticmethod
     def sun(
