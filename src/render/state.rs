@@ -9,7 +9,7 @@ use crate::plan::{Direct, Settings};
 use std::path::Path;
 
 /// To be raised with every change after which the same scene, settings and pass number make another picture within one version.
-pub const ESTIMATORS: u32 = 2;
+pub const ESTIMATORS: u32 = 3;
 
 /// What decides a picture, of a scene with this [hash](crate::scene::Scene::hash): states with equal keys add up. Every setting is
 /// taken apart, so that a new one must be given a place here.
