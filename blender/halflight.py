@@ -174,13 +174,13 @@ def export(scene, folder):
         raise Refused("enable Blender's own add-on `glTF 2.0 format`, which exports the scene") from None
     except (OSError, RuntimeError, ValueError) as error:
         raise Refused(f"the glTF exporter: {one_line(error)}") from None
-    notes = complete(document, scene)
+    notes = complete(document, scene, Path(folder))
     path.write_text(json.dumps(document), encoding="utf-8")
     return path, notes
 
 
-def complete(document, scene):
-    """Adds to an exported document what glTF has no place for. Returns what has no counterpart, in lines."""
+def complete(document, scene, folder):
+    """Adds to an exported document in a folder what glTF has no place for. Returns what has no counterpart, in lines."""
     notes = []
     nodes = document.get("nodes", [])
     lights = document.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
@@ -198,6 +198,8 @@ def complete(document, scene):
             which = node["extensions"].get("KHR_lights_punctual", {}).get("light")
             if which is not None:
                 extent_of_light(node, lights[which], item, notes)
+                measured(node, item, folder / f"node-{nodes.index(node)}.ies")
+                measured(lights[which], item.data, folder / f"light-{which}.ies")
     return notes
 
 
@@ -271,13 +273,26 @@ def extent_of_light(node, exported, item, notes):
         extras(exported).setdefault("angle", degrees if degrees >= 0.002 else 0)
         seen_or_not(extras(exported), item)
     elif light.type == "POINT" and light.shadow_soft_size > 0 and "warn" not in told:
-        if EXTENTS & (told | node.get("extras", {}).keys()):
+        if (EXTENTS | {"ies"}) & (told | node.get("extras", {}).keys()):
             return
         if not item.visible_camera and in_picture(item):
             notes.append(f"point light {item.name}: its shadows are sharp, as it would stand in the picture as a black ball")
             return
         extras(exported)["sphere"] = light.shadow_soft_size
         seen_or_not(extras(exported), item)
+
+
+def measured(exported, thing, place):
+    """Puts a copy of the IES file that a custom property names beside the exported scene, which takes files from there alone."""
+    name = exported.get("extras", {}).get("ies")
+    if not isinstance(name, str) or not name or name.startswith("data:") or place.exists():
+        return
+    own = Path(bpy.path.abspath(name if name.startswith("//") or Path(name).is_absolute() else f"//{name}", library=thing.library))
+    try:
+        shutil.copyfile(own, place)
+    except OSError as error:
+        raise Refused(f"{thing.name}: its custom property ies names {own}: {error.strerror}; put it beside the .blend file") from None
+    extras(exported)["ies"] = place.name
 
 
 def seen_or_not(own, item):

@@ -274,6 +274,10 @@ impl Row {
     #[inline(always)]
     #[must_use]
     pub fn before(self, turn: Turn) -> Self {
+        // Most matter: no other colour is looked for.
+        if turn == Turn::NONE {
+            return self;
+        }
         Self {
             invisible: turn.incoming(self.invisible),
             visible: turn.incoming(self.visible),

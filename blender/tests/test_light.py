@@ -149,3 +149,37 @@ def test_what_the_world_has_besides_is_told(scene, tmp_path):
     assert options == [] and "Sky Texture is left out; a colour or an Environment Texture" in note
     scene["environment"] = "studio"
     assert halflight.surroundings(scene, tmp_path) == ([], [])
+
+
+#: 100 cd ahead, to nothing at a right angle: at 45° 50 cd to ±X and 20 cd to ±Y of the lamp.
+PROFILE = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 2 3 2 1 2 0 0 0\n1 1 60\n0 45 90\n0 90\n50 25 0\n50 10 0\n"
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT"])
+@pytest.mark.parametrize("of", ["light", "object"])
+def test_a_measured_lamp_has_the_watts_of_its_light_and_the_form_of_its_file(scene, tmp_path, kind, of):
+    (tmp_path / "my lamp.ies").write_text(PROFILE)
+    c.plane()
+    lamp = c.add("Lamp", c.lamp(kind, 60, shadow_soft_size=0.25), location=(0, 0, 1))
+    (lamp.data if of == "light" else lamp)["ies"] = str(tmp_path / "my lamp.ies")
+    shown = []
+    for x, y in ((0, 0), (1, 0), (0, 1)):
+        c.camera((x, y, 0.5), type="ORTHO", ortho_scale=0.01)
+        shown.append(c.rendered().mean())
+    # Lambert's law and that of squares.
+    for got, (candela, square) in zip(shown[1:], ((50, 2), (20, 2))):
+        close(got / shown[0], candela / 100 / square**1.5)
+    # The integral of intensity over all directions, by the midpoint rule: linear in both angles between those of the file.
+    polar = (np.arange(2000) + 0.5) / 2000 * math.pi / 2
+    near, far = np.interp(polar, [0, math.pi / 4, math.pi / 2], [100, 50, 0]), np.interp(polar, [0, math.pi / 4, math.pi / 2], [100, 20, 0])
+    power = 2 * math.pi * np.sum((near + far) / 2 * np.sin(polar)) * math.pi / 4000
+    close(shown[0], 0.5 / math.pi * 100 * 60 / power)
+
+
+def test_an_ies_file_that_is_not_there_is_told(scene, tmp_path):
+    c.plane()
+    lamp = c.add("Lamp", c.lamp("POINT", 60), location=(0, 0, 1))
+    lamp.data["ies"] = str(tmp_path / "no.ies")
+    looking_down()
+    with pytest.raises(RuntimeError, match="ies names .*no.ies: No such file or directory; put it beside the .blend file"):
+        bpy.ops.halflight.render()

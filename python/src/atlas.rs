@@ -1,4 +1,4 @@
-use crate::errors::raised;
+use crate::errors::{raised, usage};
 use crate::options::Options;
 use crate::picture::{Picture, claim};
 use crate::render::Render;
@@ -35,6 +35,9 @@ impl Atlas {
         let more = Options::of("Atlas()", more)?;
         let (wanted, limits, progress) = (Wanted::of(&more)?, Limits::of(&more)?, more.any("progress")?);
         more.finish()?;
+        if wanted.denoise {
+            return Err(usage("denoise=True: an atlas holds a hundred pictures as they are; leave it out"));
+        }
         let render = Render::begin(py, scene, wanted, true)?;
         render.until(py, begin, &limits, progress.as_ref())?;
         let (atlas, header) = render.look(py, |render| (render.atlas(), render.header()));

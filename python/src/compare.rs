@@ -101,7 +101,8 @@ fn of(variant: &Bound<'_, PyDict>, base: &Settings) -> PyResult<Variant> {
         more.get::<String>("name", "a name")?.ok_or_else(|| usage("compare(): give each variant a name"))?;
     let own = Wanted::own(&more)?;
     more.finish()?;
-    Ok(Variant { name, settings: own.over(base), denoise: false })
+    let denoise = own.denoise;
+    Ok(Variant { name, settings: own.over(base), denoise })
 }
 
 impl Comparing {

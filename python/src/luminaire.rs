@@ -1,19 +1,33 @@
 use crate::array::{colour, vec3};
-use crate::errors::usage;
+use crate::errors::{raised, usage};
 use crate::options::halves;
 use glam::Vec3;
 use halflight::light::Light;
-use halflight::scene::{Luminaire as Lamp, SpotCone};
+use halflight::scene::{Luminaire as Lamp, Profile, SceneBuilder, SpotCone};
 use pyo3::prelude::*;
 use std::f32::consts::FRAC_PI_2;
+use std::path::PathBuf;
 
-/// What shines without being a mesh: made by `point`, `spot`, `warn`, `directional` and `sun`.
+/// What shines without being a mesh: made by `point`, `spot`, `warn`, `profile`, `directional` and `sun`.
 ///
 /// Colours are three linear numbers, or one for grey. `halves` says which halves of light it emits: "both", "invisible" (lights but
 /// is not seen), or two factors (invisible, visible). Meshes shine by the `emission` of their material.
 #[pyclass(frozen, module = "halflight")]
 pub struct Luminaire {
-    pub inner: Lamp,
+    inner: Lamp,
+    /// How it shines, where that was measured; its index is that of the scene it is added to.
+    profile: Option<Profile>,
+}
+
+impl Luminaire {
+    /// Adds it to what shines.
+    pub fn add_to(&self, scene: &mut SceneBuilder) {
+        let mut lamp = self.inner;
+        if let (Lamp::Profile { profile: index, .. }, Some(profile)) = (&mut lamp, &self.profile) {
+            *index = scene.profile(profile.clone());
+        }
+        scene.luminaire(lamp);
+    }
 }
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -74,6 +88,48 @@ impl Luminaire {
         .into())
     }
 
+    /// A point that shines as an IES `file` says (LM-63, types B and C): along `direction`, its +Y as near to `up` as can be (None: the
+    /// world's +Y, of a lamp that shines up or down −Z). Vertical angles go to its +X, which is to the right of both.
+    ///
+    /// `intensity` (W/sr) is the mean over all directions. None: that of the file, candelas taken for W/sr, times `multiplier`.
+    #[staticmethod]
+    #[pyo3(signature = (position, direction, file, *, intensity=None, multiplier=None, up=None, halves=None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments")]
+    fn profile(
+        py: Python<'_>,
+        position: Any<'_, '_>,
+        direction: Any<'_, '_>,
+        file: PathBuf,
+        intensity: Option<Any<'_, '_>>,
+        multiplier: Option<Any<'_, '_>>,
+        up: Option<Any<'_, '_>>,
+        halves: Option<Any<'_, '_>>,
+    ) -> PyResult<Self> {
+        let (position, direction) = (vec3(position, "position")?, unit(direction)?);
+        let read = py.detach(|| Profile::read(&file)).map_err(raised)?;
+        let aimed = match up.map(|up| vec3(up, "up")).transpose()? {
+            Some(up) => read.aimed(direction, up).ok_or_else(|| {
+                usage(format!(
+                    "profile: up {up} is along its direction {direction}; give another, or leave it out"
+                ))
+            })?,
+            None => {
+                let aimed = read.aimed(direction, Vec3::Y).or_else(|| read.aimed(direction, Vec3::NEG_Z));
+                aimed.expect("no direction is along both")
+            }
+        };
+        let rgb = match (intensity, multiplier) {
+            (Some(_), Some(_)) => return Err(usage("profile: give intensity or multiplier, not both")),
+            (Some(mean), None) => colour(mean, "intensity")?,
+            (None, factor) => {
+                let factor = factor.map_or(Ok(Vec3::ONE), |factor| colour(factor, "multiplier"))?;
+                (read.mean_intensity() * factor.as_dvec3()).as_vec3()
+            }
+        };
+        let intensity = of_halves(rgb, halves)?;
+        Ok(Self { inner: Lamp::Profile { position, intensity, profile: 0 }, profile: Some(aimed) })
+    }
+
     /// Parallel light along `direction`: `irradiance` (W/m²) on a surface that faces it.
     #[staticmethod]
     #[pyo3(signature = (direction, irradiance, *, halves=None))]
@@ -112,12 +168,15 @@ impl Luminaire {
 
 impl From<Lamp> for Luminaire {
     fn from(inner: Lamp) -> Self {
-        Self { inner }
+        Self { inner, profile: None }
     }
 }
 
 fn light(rgb: Any<'_, '_>, what: &str, given: Option<Any<'_, '_>>) -> PyResult<Light> {
-    let rgb = colour(rgb, what)?;
+    of_halves(colour(rgb, what)?, given)
+}
+
+fn of_halves(rgb: Vec3, given: Option<Any<'_, '_>>) -> PyResult<Light> {
     let [invisible, visible] = halves(given)?;
     Ok(Light::new(invisible * rgb, visible * rgb))
 }

@@ -1,9 +1,10 @@
 use crate::array::{of_numbers, of_plane};
 use crate::errors::{no_layer, raised, usage};
 use halflight::error::Error;
+use halflight::film::denoise::DENOISED;
 use halflight::film::{
-    Exposure, Image, Layer, Preview, Value, View, is_ours, read_exr, rgb_png, write_hdr, write_image_exr,
-    write_pfm, write_rgb_jpg, write_rgb_png,
+    Exposure, Film, Header, Image, Layer, Preview, Value, View, is_ours, read_exr, rgb_png, write_hdr,
+    write_image_exr, write_pfm, write_rgb_jpg, write_rgb_png,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -30,6 +31,16 @@ impl Picture {
         Self { image, preview }
     }
 
+    /// Of a film so far: all its layers; or those that `denoising` names, and a denoised one.
+    pub fn of(film: &Film, header: Header, denoising: Option<&[Layer]>, preview: Preview) -> Self {
+        let mut image = film.image_of(denoising.unwrap_or(film.layers()), &header);
+        if denoising.is_some() {
+            let plane = film.denoised_layer(&mut image.header);
+            image.layers.push((DENOISED.into(), plane));
+        }
+        Self::new(image, preview)
+    }
+
     /// Its layers and facts.
     pub fn image(&self) -> &Image {
         &self.image
@@ -42,10 +53,17 @@ impl Picture {
     fn plane(&self, name: &str) -> PyResult<&[glam::Vec3]> {
         self.image.layer(name).ok_or_else(|| {
             let there = self.image.layer_names();
-            no_layer(format!(
-                "the picture has no layer `{name}`; it has {there}; render it with layers=[\"{name}\"]"
-            ))
+            let way_out = match name == DENOISED {
+                true => "denoise=True".into(),
+                false => format!("layers=[\"{name}\"]"),
+            };
+            no_layer(format!("the picture has no layer `{name}`; it has {there}; render it with {way_out}"))
         })
+    }
+
+    /// What a display shows, and files of one plane hold: the denoised picture where there is one.
+    fn shown_plane(&self) -> Option<&[glam::Vec3]> {
+        self.image.layer(DENOISED).or_else(|| self.image.layer(Layer::Visible.name()))
     }
 
     fn shown(&self, exposure: Option<&Bound<'_, PyAny>>, view: Option<&str>) -> PyResult<Preview> {
@@ -62,7 +80,9 @@ impl Picture {
                 ))
             })?,
         };
-        Ok(Preview { exposure, view })
+        // By the picture itself, so that a denoised one is shown at the same.
+        let stops = self.image.layer(Layer::Visible.name()).map(|visible| exposure.stops(visible));
+        Ok(Preview { exposure: stops.map_or(exposure, |stops| Exposure::Stops(stops as f32)), view })
     }
 
     fn layer_array<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -138,6 +158,12 @@ impl Picture {
         self.layer_array(py, "bias")
     }
 
+    /// `visible` with less noise, of a render with `denoise`.
+    #[getter]
+    fn denoised<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.layer_array(py, DENOISED)
+    }
+
     /// Facts about it: version, method, scene, seed, passes, …
     #[getter]
     fn facts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -153,7 +179,8 @@ impl Picture {
     }
 
     /// Writes it; the ending decides: .exr holds all layers, .png and .jpg what a display shows at `exposure` (stops or "auto") by a
-    /// `view` ("standard", "neutral", "agx"), .pfm and .hdr the linear light of `visible`. A file that halflight did not write is replaced only with `overwrite`.
+    /// `view` ("standard", "neutral", "agx"), .pfm and .hdr linear light: of `denoised` where there is one, else of
+    /// `visible`. A file that halflight did not write is replaced only with `overwrite`.
     #[pyo3(signature = (path, *, exposure=None, view=None, overwrite=false))]
     fn save(
         &self,
@@ -178,7 +205,8 @@ impl Picture {
         exposure: Option<&Bound<'py, PyAny>>,
         view: Option<&str>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let (preview, plane) = (self.shown(exposure, view)?, self.plane("visible")?);
+        let (preview, plane) =
+            (self.shown(exposure, view)?, self.shown_plane().map_or_else(|| self.plane("visible"), Ok)?);
         let (width, height) = self.size();
         Ok(PyBytes::new(py, &py.detach(|| rgb_png(width, height, plane, preview))))
     }
@@ -197,16 +225,16 @@ impl Picture {
     fn write(&self, path: &Path, preview: Preview) -> halflight::error::Result<()> {
         let (width, height) = self.size();
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let visible = || {
-            let plane = self.image.layer("visible");
-            plane.ok_or_else(|| Error::Usage("the picture has no layer `visible` that could be shown".into()))
+        let shown = || {
+            self.shown_plane()
+                .ok_or_else(|| Error::Usage("the picture has no layer `visible` that could be shown".into()))
         };
         match ending.as_deref() {
             Some("exr") => write_image_exr(path, &self.image),
-            Some("png") => write_rgb_png(path, width, height, visible()?, preview).map(drop),
-            Some("jpg" | "jpeg") => write_rgb_jpg(path, width, height, visible()?, preview).map(drop),
-            Some("pfm") => write_pfm(path, width, height, visible()?),
-            Some("hdr") => write_hdr(path, width, height, visible()?),
+            Some("png") => write_rgb_png(path, width, height, shown()?, preview).map(drop),
+            Some("jpg" | "jpeg") => write_rgb_jpg(path, width, height, shown()?, preview).map(drop),
+            Some("pfm") => write_pfm(path, width, height, shown()?),
+            Some("hdr") => write_hdr(path, width, height, shown()?),
             _ => Err(Error::Usage(format!(
                 "{}: the ending decides what is written: .exr (all layers), .png or .jpg (as on a display), .pfm or .hdr (linear light)",
                 path.display()

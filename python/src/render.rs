@@ -4,11 +4,11 @@ use crate::picture::Picture;
 use crate::records::plan_rows;
 use crate::scene::Scene;
 use crate::settings::{Limits, Wanted, shard};
-use crate::state::State;
+use crate::state::{State, check_denoising};
 use crate::wait::wait;
-use halflight::film::{Preview, Schedule};
+use halflight::film::{Layer, Preview, Schedule};
 use halflight::plan::Settings;
-use halflight::render::{ErrorEstimate, Pace, Render as Rendering, Stop};
+use halflight::render::{ErrorEstimate, Memory, Pace, Render as Rendering, Stop};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList};
 use std::sync::{Mutex, MutexGuard};
@@ -18,12 +18,13 @@ use std::time::Instant;
 /// Picture: the same, bit for bit, as `halflight render` makes with the same settings.
 ///
 /// `size` is (width, height) in pixels, `illumination` a name or a point (s, t) of the square, `method` "photon", "path",
-/// "path-plain" or "nearest". `layers` are names, or ["all"]; None: all that cost nothing. `progress` is True, or a function that is called
+/// "path-plain" or "nearest". `layers` are names, or ["all"]; None: all that cost nothing. `denoise` also makes a denoised layer, which is
+/// what a display is shown. `progress` is True, or a function that is called
 /// after each step with a record of passes, seconds, noise and bias. Other threads run meanwhile, and Ctrl-C ends it.
 #[pyfunction]
 #[pyo3(
     signature = (scene, **more),
-    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), progress=False)"
+    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), progress=False)"
 )]
 pub fn render(
     py: Python<'_>,
@@ -47,6 +48,8 @@ pub struct Render {
     inner: Mutex<Rendering>,
     /// It is one share of a render, whose passes must be of one size.
     dealt: bool,
+    /// The layers of its pictures, where a denoised one is among them. None: all of the film.
+    denoising: Option<Vec<Layer>>,
     preview: Preview,
 }
 
@@ -55,10 +58,19 @@ impl Render {
     pub fn begin(py: Python<'_>, scene: &Bound<'_, Scene>, wanted: Wanted, atlas: bool) -> PyResult<Self> {
         let scene = scene.get().ready(py, wanted.illumination)?;
         let preview = Preview::usual(&scene);
+        let denoising = wanted.denoising();
         let (settings, layers) = wanted.on(&scene);
         let settings = Settings { atlas, ..settings };
+        let (size, limit) = ((settings.width, settings.height), settings.memory);
+        let check = |held: Memory| {
+            let held = if denoising.is_some() { held.with_denoising(size) } else { held };
+            held.check(limit).map_err(raised)
+        };
+        check(Memory::of_pixels(&settings, &layers))?;
         let planned = wait(py, &Stop::default(), || Rendering::new(scene, settings, &layers))?;
-        Ok(Self { inner: Mutex::new(planned.map_err(raised)?), dealt: false, preview })
+        let planned = planned.map_err(raised)?;
+        check(planned.memory())?;
+        Ok(Self { inner: Mutex::new(planned), dealt: false, denoising, preview })
     }
 
     /// One that follows a schedule of its own.
@@ -186,7 +198,7 @@ impl Render {
     #[new]
     #[pyo3(
         signature = (scene, **more),
-        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), shard=None)"
+        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), shard=None)"
     )]
     fn new(py: Python<'_>, scene: &Bound<'_, Scene>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Render()", more)?;
@@ -231,13 +243,16 @@ impl Render {
     /// yet takes over their size.
     fn resume(&self, py: Python<'_>, state: &Bound<'_, State>) -> PyResult<()> {
         let (head, film) = state.get().parts();
+        if self.denoising.is_some() {
+            check_denoising(head)?;
+        }
         py.detach(|| self.locked().add(head, film)).map_err(usage)
     }
 
     /// The picture so far.
     pub fn picture(&self, py: Python<'_>) -> PyResult<Picture> {
-        let image = self.look(py, |render| render.film().image(&render.header()));
-        Ok(py.detach(|| Picture::new(image, self.preview)))
+        let denoising = self.denoising.as_deref();
+        Ok(self.look(py, |render| Picture::of(render.film(), render.header(), denoising, self.preview)))
     }
 
     /// Passes in the picture.

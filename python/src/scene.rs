@@ -217,7 +217,7 @@ impl Scene {
     /// Adds what shines without being a mesh.
     fn add_luminaire(&self, luminaire: &Luminaire) -> PyResult<()> {
         let mut inner = self.inner();
-        inner.builder("add_luminaire()")?.luminaire(luminaire.inner);
+        luminaire.add_to(inner.builder("add_luminaire()")?);
         Ok(())
     }
 

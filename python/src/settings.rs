@@ -2,6 +2,7 @@
 
 use crate::errors::usage;
 use crate::options::{Options, illumination};
+use halflight::film::denoise::FEATURES;
 use halflight::film::{Layer, Schedule};
 use halflight::plan::{Direct, Method, Omittable, Settings, film_size, memory_left};
 use halflight::scene::{Illumination, Scene};
@@ -18,6 +19,8 @@ pub struct Wanted {
     size: Option<(u32, u32)>,
     settings: Settings,
     layers: Vec<Layer>,
+    /// Whether a denoised layer is made too.
+    pub denoise: bool,
     radii: [Option<f32>; 2],
 }
 
@@ -42,13 +45,15 @@ impl Wanted {
         }
         let max_reflections = more.get("max_reflections", "a whole number of 0 or more")?;
         let settings = Settings { max_reflections, ..Settings::default() };
-        Ok(Self { illumination, size, settings, layers: vec![Layer::Visible], radii: [None; 2] })
+        let layers = vec![Layer::Visible];
+        Ok(Self { illumination, size, settings, layers, denoise: false, radii: [None; 2] })
     }
 
     /// What each may have of its own.
     pub fn own(more: &Options<'_>) -> PyResult<Self> {
         let method = method(more, "method")?.unwrap_or(Method::Photon);
         let layers = layers(more, method)?;
+        let denoise = denoise(more, method)?;
         let samples = count(more, "samples")?;
         if let (Some(samples), true) = (samples, method.shoots()) {
             return Err(usage(format!(
@@ -73,7 +78,7 @@ impl Wanted {
             ..usual
         };
         settings.check_nearest().map_err(crate::errors::raised)?;
-        Ok(Self { illumination: None, size: None, settings, layers, radii })
+        Ok(Self { illumination: None, size: None, settings, layers, denoise, radii })
     }
 
     /// The settings that are its own, on the film of `base` and with the series that `base` has.
@@ -93,7 +98,12 @@ impl Wanted {
         }
     }
 
-    /// The settings for a scene, and the layers.
+    /// The layers that were asked for, where a denoised one is to stand beside them.
+    pub fn denoising(&self) -> Option<Vec<Layer>> {
+        self.denoise.then(|| self.layers.clone())
+    }
+
+    /// The settings for a scene, and the layers of the film: those asked for, and what the denoiser looks at.
     pub fn on(self, scene: &Scene) -> (Settings, Vec<Layer>) {
         let (width, height) = self.size.unwrap_or_else(|| film_size(scene.camera.aspect));
         let of_film = Settings::for_film(width, height);
@@ -109,7 +119,10 @@ impl Wanted {
             caustic_radius: caustic.unwrap_or(usual.caustic_radius),
             ..self.settings
         };
-        (settings, self.layers)
+        let mut layers = self.layers;
+        let features = FEATURES.into_iter().filter(|_| self.denoise);
+        layers.extend(features.filter(|layer| !layers.contains(layer)).collect::<Vec<_>>());
+        (settings, layers)
     }
 }
 
@@ -147,6 +160,17 @@ fn layers(more: &Options<'_>, method: Method) -> PyResult<Vec<Layer>> {
         layers.extend(named.into_iter().filter(|layer| !layers.contains(layer)).collect::<Vec<_>>());
     }
     Ok(layers)
+}
+
+fn denoise(more: &Options<'_>, method: Method) -> PyResult<bool> {
+    let denoise = more.get("denoise", "True or False")?.unwrap_or(false);
+    if denoise && !method.shoots() {
+        return Err(usage(format!(
+            "denoise=True looks at albedo and normals, which method=\"{}\" does not tell; use method=\"photon\", or leave it out",
+            method.name()
+        )));
+    }
+    Ok(denoise)
 }
 
 /// How many of the nearest photons are read and by which cone they weigh; what the method does not ask for is refused.

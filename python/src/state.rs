@@ -1,8 +1,10 @@
 use crate::errors::{raised, usage};
 use crate::picture::{Picture, claim};
 use halflight::error::Error;
+use halflight::film::denoise::FEATURES;
 use halflight::film::{Film, StateFile, StateHead, write_state};
-use halflight::render::{film_for, tell_error};
+use halflight::plan::{Settings, memory_left};
+use halflight::render::{Memory, film_for, tell_error};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyNotImplemented};
 use std::path::{Path, PathBuf};
@@ -88,9 +90,19 @@ impl State {
         Ok(Bound::new(py, sum)?.into_any())
     }
 
-    /// The picture that its passes make.
-    fn picture(&self, py: Python<'_>) -> Picture {
-        py.detach(|| Picture::new(self.film.image(&self.head.header()), self.head.preview))
+    /// The picture that its passes make; with a denoised layer if they were rendered with `denoise=True`, and it is asked for here.
+    #[pyo3(signature = (*, denoise=false))]
+    fn picture(&self, py: Python<'_>, denoise: bool) -> PyResult<Picture> {
+        if denoise {
+            check_denoising(&self.head)?;
+            let StateHead { width, height, ref layers, .. } = self.head;
+            let held = Memory::of_pixels(&Settings::for_film(width, height), layers);
+            // The film is there already.
+            let held = Memory { film: 0, pass: 0, ..held }.with_denoising((width, height));
+            held.check(memory_left()).map_err(raised)?;
+        }
+        let denoising = denoise.then_some(self.film.layers());
+        Ok(py.detach(|| Picture::of(&self.film, self.head.header(), denoising, self.head.preview)))
     }
 
     /// How many passes it has.
@@ -134,5 +146,15 @@ impl State {
     fn __repr__(&self) -> String {
         let StateHead { width, height, passes, .. } = &self.head;
         format!("<halflight.State {width}x{height}, {} passes ({passes})>", passes.len())
+    }
+}
+
+/// Refuses a state without what the denoiser looks at.
+pub fn check_denoising(head: &StateHead) -> PyResult<()> {
+    match FEATURES.into_iter().find(|layer| !head.layers.contains(layer)) {
+        None => Ok(()),
+        Some(missing) => Err(usage(format!(
+            "the state has no layer {missing}, which denoise=True looks at; leave it out, or render anew with denoise=True"
+        ))),
     }
 }

@@ -45,6 +45,10 @@ def test_a_comparison_is_a_table():
     assert len(table) == 2 * 2 * 2 and (table.seconds >= table.budget).all() and (table.relmse_measured > 0).all()
     wide = table[table.method == "wide"]
     assert (wide.photon_paths == 5000 * wide.passes).all()
+    denoised = {**variants[0], "name": "denoised", "denoise": True}
+    both = pd.DataFrame(hl.compare(scene, [variants[0], denoised], reference_seconds=2, size=(24, 24), budgets=[0.4], seeds=1))
+    assert list(both.method) == ["wide", "denoised"] and (both.passes >= 3).all()
+    assert both.relmse_measured[0] != both.relmse_measured[1]
     reference = hl.render(scene, size=(24, 24), method="path", passes=50, seed=99)
     given = pd.DataFrame(hl.compare(scene, variants[:1], reference=reference, **settings))
     assert len(given) == 4 and (given.flip > 0).all()
@@ -59,6 +63,7 @@ def test_a_comparison_is_a_table():
         ([{"name": "a", "size": (4, 4)}], {}, "no argument `size`"),
         ([{"name": "a"}], {"budgets": []}, "at least one number"),
         ([{"name": "a"}], {"reference_method": "pth"}, "no 'pth'"),
+        ([{"name": "a", "denoise": True, "method": "path-plain"}], {}, 'use method="photon"'),
     ],
 )
 def test_comparisons_that_are_wrong_are_told_in_a_line(variants, more, words):

@@ -1,5 +1,6 @@
 """Scenes that are built in code, and materials that are changed."""
 
+import base64
 import json
 import math
 
@@ -230,3 +231,96 @@ def test_meshes_that_are_wrong_are_told_in_a_line(veil):
     veil.add_mesh(square, [[0, 1, 7]], material="Floor")
     with pytest.raises(hl.SceneError, match="vertex 7 of 4"):
         hl.render(veil)
+
+
+#: 100 cd ahead, to nothing at a right angle: at 45° 50 cd to ±X and 20 cd to ±Y.
+PROFILE = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 2 3 2 1 2 0 0 0\n1 1 60\n0 45 90\n0 90\n50 25 0\n50 10 0\n"
+
+
+def under(lamp, at):
+    """What a floor (albedo 0.5) shows of a lamp at a point of it."""
+    above = np.add(at, (0, 0.5, 0))
+    scene = hl.Scene("floor", camera=hl.Camera(above, at, up=(0, 0, 1), yfov=0.001))
+    corners = np.array([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]])
+    scene.add_quad(corners, material=hl.Material.diffuse("Floor", 0.5))
+    scene.add_luminaire(lamp)
+    return mean(scene)
+
+
+def test_a_measured_lamp_shines_as_its_file_says(tmp_path):
+    file = tmp_path / "a.ies"
+    file.write_text(PROFILE)
+    position, down = (0, 1, 0), (0, -1, 0)
+
+    def expected(candela, square):
+        """Lambert's law and that of squares; one over the root of `square` is the cosine too."""
+        return 0.5 / math.pi * candela / square**1.5
+
+    plain = hl.Luminaire.profile(position, down, file)
+    across = hl.Luminaire.profile(position, down, str(file), up=(1, 0, 0))
+    halved = hl.Luminaire.profile(position, down, file, multiplier=0.5)
+    aslant = hl.Luminaire.profile(position, (1, -1, 0), file)
+    for lamp, at, candela, square in [
+        (plain, (0, 0, 0), 100, 1),
+        (plain, (1, 0, 0), 50, 2),
+        (plain, (0, 0, 1), 20, 2),
+        (across, (1, 0, 0), 20, 2),
+        (across, (0, 0, 1), 50, 2),
+        (halved, (1, 0, 0), 25, 2),
+        (aslant, (1, 0, 0), 100, 2),
+    ]:
+        found = under(lamp, at)
+        assert agrees(found, expected(candela, square)), (at, found / expected(candela, square))
+        assert not agrees(found, 1.02 * expected(candela, square))
+    own = hl.Luminaire.profile(position, down, file, intensity=(2, 1, 0))
+    whole = under(own, (0, 0, 0))
+    assert agrees(under(hl.Luminaire.profile(position, down, file, intensity=1), (0, 0, 0)), whole)
+    with pytest.raises(hl.UsageError, match="up .* is along its direction"):
+        hl.Luminaire.profile(position, down, file, up=(0, 2, 0))
+    with pytest.raises(hl.UsageError, match="give intensity or multiplier, not both"):
+        hl.Luminaire.profile(position, down, file, intensity=1, multiplier=1)
+    with pytest.raises(hl.FileError, match="no.ies: .*check the path"):
+        hl.Luminaire.profile(position, down, tmp_path / "no.ies")
+    with pytest.raises(hl.FileError, match="is no file .*; name an IES file"):
+        hl.Luminaire.profile(position, down, tmp_path)
+    file.write_text("nothing")
+    with pytest.raises(hl.FileError, match="a.ies: has no line TILT=.*download it again"):
+        hl.Luminaire.profile(position, down, file)
+
+
+def test_it_is_the_lamp_of_a_file_with_extras(tmp_path):
+    (tmp_path / "a.ies").write_text(PROFILE)
+    corners = np.float32([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]])
+    triangles = np.uint16([0, 1, 2, 0, 2, 3])
+    buffer = base64.b64encode(corners.tobytes() + triangles.tobytes()).decode()
+    down = [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)]
+    matter = {"name": "Floor", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0}}
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [
+            {"mesh": 0},
+            {
+                "translation": [0, 1, 0],
+                "rotation": down,
+                "extensions": {"KHR_lights_punctual": {"light": 0}},
+                "extras": {"ies": "a.ies"},
+            },
+            {"translation": [1, 0.5, 0], "rotation": down, "camera": 0},
+        ],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.001, "znear": 0.01}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{**matter, "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 7}]}},
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4, "min": [-3, 0, -3], "max": [3, 0, 3]},
+            {"bufferView": 1, "componentType": 5123, "type": "SCALAR", "count": 6},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+        "buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64," + buffer}],
+    }
+    (tmp_path / "a.gltf").write_text(json.dumps(document))
+    loaded = mean(hl.Scene.load(tmp_path / "a.gltf"))
+    lamp = hl.Luminaire.profile((0, 1, 0), (0, -1, 0), tmp_path / "a.ies", intensity=7)
+    assert agrees(loaded, under(lamp, (1, 0, 0))) and loaded > 0
+    assert not agrees(loaded, 1.02 * under(lamp, (1, 0, 0)))

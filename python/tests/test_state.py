@@ -144,3 +144,31 @@ def test_limits_of_time_leave_passes_of_a_shard_as_large_as_they_are():
     render = begun(shard=(1, 2), size=(64, 64), photons=400_000)
     render.run(seconds=0.5)
     assert render.picture().facts["paths_per_pass"] == 400_000 and render.passes >= 1
+
+
+def test_a_denoised_picture_is_the_same_of_states_that_are_gone_on_from_and_merged(tmp_path, halflight):
+    how = dict(HOW, layers=["error"], denoise=True)
+    alone = hl.render(hl.Scene.load(BOX), passes=4, **how)
+    halflight(
+        "render", BOX, "--size", "20x14", "--photons", 3000, "--passes", 2, "--denoise", "--resume", "-o", tmp_path / "a.exr"
+    )
+    render = hl.Render(hl.Scene.load(BOX), **how)
+    render.resume(hl.State.load(tmp_path / "a.halflight"))
+    assert "too few" in render.picture().facts["denoised"]
+    render.advance(2)
+    same(render.picture(), alone)
+    shards = [hl.Render(hl.Scene.load(BOX), **how, shard=(k, 2)) for k in (1, 2)]
+    for shard in shards:
+        shard.advance(2)
+    merged = hl.State.merge([shard.state for shard in shards])
+    assert np.array_equal(merged.picture(denoise=True).denoised, alone.denoised)
+    assert "denoised" not in merged.picture().layers and "denoised" not in merged.picture().facts
+
+
+def test_states_without_what_the_denoiser_looks_at_are_refused():
+    state = hl.Render(hl.Scene.load(BOX), size=(8, 8), photons=500).state
+    words = "no layer denoising-albedo, which denoise=True looks at; leave it out, or render anew with denoise=True"
+    with pytest.raises(hl.UsageError, match=words):
+        state.picture(denoise=True)
+    with pytest.raises(hl.UsageError, match=words):
+        hl.Render(hl.Scene.load(BOX), size=(8, 8), photons=500, denoise=True).resume(state)

@@ -6,7 +6,7 @@ use super::output::PictureFiles;
 use super::preview_args::Settled;
 use crate::atlas::{AtlasRun, AtlasSums};
 use crate::error::{Error, Result};
-use crate::film::denoise::{DENOISED, METHOD};
+use crate::film::denoise::DENOISED;
 use crate::film::{Compression, Film, Header, Layer, Preview, WrittenLayer, judge};
 use crate::mattes::Mattes;
 use crate::render::Render;
@@ -172,9 +172,7 @@ pub fn write_picture(
     let shown = files.displays().then(|| Settled::of(preview, &plane));
     shown.iter().for_each(|shown| shown.tell(&mut header));
     if denoising.is_some() {
-        header
-            .set(DENOISED, if too_few(film.passes()).is_none() { METHOD } else { "nothing: too few passes" });
-        plane = film.denoised().unwrap_or(plane);
+        plane = film.denoised_layer(&mut header);
     }
     if files.exr.is_some() {
         let mut image = film.image_of(denoising.unwrap_or(film.layers()), &header);

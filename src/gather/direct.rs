@@ -15,6 +15,7 @@
 use super::again::paths;
 use super::plain::Plain;
 use super::reflected;
+use super::shared::Arriving;
 use super::{Density, Pixel};
 use crate::connect::Connection;
 #[cfg(doc)]
@@ -26,6 +27,7 @@ use crate::plan::Plan;
 use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
+use std::num::NonZeroU32;
 
 /// Most connections of a hit.
 const MOST: u32 = 16;
@@ -50,12 +52,20 @@ pub(super) struct Open<const R: usize> {
     pub absorption: [Vec3; 2],
     /// Its connections are points of this sequence; the first is point zero.
     pub sobol: Sobol<3>,
+    /// The number of the place, whose terms share their connections. None: this one shares them with no other.
+    pub place: Option<NonZeroU32>,
 }
 
 impl<const R: usize> Open<R> {
     /// What is read there is re-radiated on its way to the camera: by all rows or none.
     fn is_reradiated(&self) -> bool {
         self.rows[0].turn.is_reradiated()
+    }
+
+    /// What absorbs light on the side of the unit vector `wi`, m⁻¹.
+    pub fn absorption_towards(&self, wi: Vec3) -> Vec3 {
+        let behind = self.point.normals.is_front(self.wo) != self.point.normals.is_front(wi);
+        self.absorption[usize::from(behind)]
     }
 }
 
@@ -100,8 +110,8 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
     pub(super) fn connect(&mut self, open: Open<R>, pixel: &mut Pixel<R>) {
         let (plan, reradiated) = (self.plan, open.is_reradiated());
         let connections = &plan.connections;
-        connections.to_all(&plan.scene, &open.point, |connection| {
-            for (parts, sampled) in pixel.parts.iter_mut().zip(self.look_through(&open, &connection)) {
+        self.connect_all(&open, |sampled| {
+            for (parts, sampled) in pixel.parts.iter_mut().zip(sampled) {
                 parts.add(PathClass::Direct, sampled.seen, reradiated);
             }
         });
@@ -124,7 +134,7 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
     }
 
     /// Direct light at a hit of a path that was scattered before: chance adds up over its directions, one connection is enough.
-    pub(super) fn connect_once(&self, open: &Open<R>, pixel: &mut Pixel<R>) {
+    pub(super) fn connect_once(&mut self, open: &Open<R>, pixel: &mut Pixel<R>) {
         let plan = self.plan;
         let connections = &plan.connections;
         let mut add = |seen: [Vec3; R]| {
@@ -132,9 +142,7 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
                 parts.add(PathClass::Indirect, seen, open.is_reradiated());
             }
         };
-        connections.to_all(&plan.scene, &open.point, |connection| {
-            add(self.look_through(open, &connection).map(|sampled| sampled.seen));
-        });
+        self.connect_all(open, |sampled| add(sampled.map(|sampled| sampled.seen)));
         if connections.are_known() && open.term.lobe.is_lambert() {
             add(self.unhidden(open).unwrap_or([Vec3::ZERO; R]));
         } else if connections.are_sampled() {
@@ -143,11 +151,13 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
     }
 
     /// What a hit shows by all luminaires of closed form if nothing hides them. None: they are below its horizon, or there is no form.
-    fn unhidden(&self, open: &Open<R>) -> Option<[Vec3; R]> {
-        let connections = &self.plan.connections;
+    fn unhidden(&mut self, open: &Open<R>) -> Option<[Vec3; R]> {
         let diffuse = open.term.lobe.as_diffuse()?;
-        let light =
-            diffuse.towards(&open.point.normals, open.wo) * connections.unhidden(&open.point, open.wo);
+        let irradiance = match open.place {
+            Some(place) => self.shared.unhidden(self.plan, open, place),
+            None => self.plan.connections.unhidden(&open.point, open.wo),
+        };
+        let light = diffuse.towards(&open.point.normals, open.wo) * irradiance;
         (!light.is_zero()).then(|| open.rows.map(|row| row * light))
     }
 
@@ -195,8 +205,26 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
         self.open = open;
     }
 
+    /// Shows `add` what a hit has of each luminaire that is connected at all of them.
+    fn connect_all(&mut self, open: &Open<R>, mut add: impl FnMut([Sampled; R])) {
+        let plan = self.plan;
+        match open.place {
+            Some(place) => {
+                let arriving = self.shared.every(plan, open, place);
+                arriving.iter().for_each(|arriving| add(reflect(plan, open, arriving)));
+            }
+            None => plan.connections.to_all(&plan.scene, &open.point, |connection| {
+                add(self.look_through(open, &connection));
+            }),
+        }
+    }
+
     /// What connection `i` of a hit brings to each picture.
-    fn connection(&self, open: &Open<R>, i: u32) -> [Sampled; R] {
+    fn connection(&mut self, open: &Open<R>, i: u32) -> [Sampled; R] {
+        if let Some(place) = open.place {
+            let arriving = self.shared.one((self.plan, self.frame), open, place, i);
+            return arriving.map_or([Sampled::default(); R], |arriving| reflect(self.plan, open, &arriving));
+        }
         let Plan { connections, scene, .. } = self.plan;
         let sights = self.frame.sights.as_deref();
         let connection = connections.to_one(scene, sights, &open.point, open.sobol.point(i, 0));
@@ -205,22 +233,31 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
 
     /// The light of a connection that is reflected towards the camera.
     fn look_through(&self, open: &Open<R>, connection: &Connection) -> [Sampled; R] {
-        let lobe = &open.term.lobe;
-        let f = reflected(lobe, &open.point, open.wo, connection);
+        let f = reflected(&open.term.lobe, &open.point, open.wo, connection);
         if f == Vec3::ZERO {
             return [Sampled::default(); R];
         }
-        let unhidden: Light = f * connection.light;
-        let behind = open.point.normals.is_front(open.wo) != open.point.normals.is_front(connection.wi);
-        let absorption = open.absorption[usize::from(behind)];
+        let absorption = open.absorption_towards(connection.wi);
         let (through, left) = self.plan.visibility_along(&connection.segment, absorption);
-        let seen: Light = (f * left) * (through * connection.light);
-        let known = self.plan.connections.has_closed_form() && lobe.is_lambert();
-        open.rows.map(|row| Sampled {
-            seen: row * seen,
-            unhidden: if known { row * unhidden } else { Vec3::ZERO },
-        })
+        sampled(self.plan, open, f, &Arriving { connection: *connection, through, left })
     }
+}
+
+/// What a hit reflects towards the camera of light whose way is known.
+fn reflect<const R: usize>(plan: &Plan, open: &Open<R>, arriving: &Arriving) -> [Sampled; R] {
+    let f = reflected(&open.term.lobe, &open.point, open.wo, &arriving.connection);
+    sampled(plan, open, f, arriving)
+}
+
+/// The same, where the lobe has the value `f`, cosine included.
+#[inline(always)]
+fn sampled<const R: usize>(plan: &Plan, open: &Open<R>, f: Vec3, arriving: &Arriving) -> [Sampled; R] {
+    let Arriving { connection, through, left } = arriving;
+    let unhidden: Light = f * connection.light;
+    let seen: Light = (f * *left) * (*through * connection.light);
+    let known = plan.connections.has_closed_form() && open.term.lobe.is_lambert();
+    open.rows
+        .map(|row| Sampled { seen: row * seen, unhidden: if known { row * unhidden } else { Vec3::ZERO } })
 }
 
 /// What is summed over pixels.

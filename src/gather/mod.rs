@@ -14,6 +14,7 @@ mod estimate;
 mod features;
 mod past;
 mod plain;
+mod shared;
 mod walk;
 
 pub use density::{Density, NearestMaps};

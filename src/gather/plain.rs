@@ -1,6 +1,7 @@
 //! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
 use super::direct::{Advice, Begun, Open};
+use super::shared::{Place, Shared};
 use super::{Density, Here, Irradiance, Pixel, Tally};
 use crate::clearance::Reach;
 use crate::light::{Light, Power, Row};
@@ -29,6 +30,9 @@ pub(super) struct Plain<'a, D: Density, const R: usize> {
     fluoresces: bool,
     /// The last answer, where some light is.
     arrived: Option<(Asked, [Irradiance<D::Power>; 3])>,
+    /// The last place of a diffuse lobe, where some light is, and what is known of its connections.
+    place: Option<Place>,
+    pub shared: Shared,
     maps: &'a D,
     nearby: D::Nearby,
     /// The pixel under way, in its tile.
@@ -44,7 +48,21 @@ impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
     pub fn new(plan: &'a Plan, frame: &'a Frame, maps: &'a D) -> Self {
         let (nearby, open, sampled, advice) = (D::Nearby::default(), Vec::new(), Vec::new(), Vec::new());
         let fluoresces = plan.scene.fluoresces();
-        Self { plan, frame, fluoresces, arrived: None, maps, nearby, pixel: 0, open, sampled, advice }
+        let (arrived, place, shared) = (None, None, Shared::default());
+        Self {
+            plan,
+            frame,
+            fluoresces,
+            arrived,
+            place,
+            shared,
+            maps,
+            nearby,
+            pixel: 0,
+            open,
+            sampled,
+            advice,
+        }
     }
 
     /// What comes now is for this pixel of the tile.
@@ -122,9 +140,16 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
     ) {
         let Here { point, wo, .. } = *here;
         if here.connects(term, self.frame.direct) {
-            let sobol = Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+            let mut new = || Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+            let (place, sobol) = if self.fluoresces && term.lobe.as_diffuse().is_some() {
+                let (place, sobol) = Place::of(&mut self.place, (self.pixel, point, wo), new);
+                (Some(place), sobol)
+            } else {
+                (None, new())
+            };
             let absorption = [wo, -wo].map(|side| here.absorption(self.plan, side));
-            let open = Open { pixel: self.pixel, rows, term: *term, point: *point, wo, absorption, sobol };
+            let (pixel_here, term, point) = (self.pixel, *term, *point);
+            let open = Open { pixel: pixel_here, rows, term, point, wo, absorption, sobol, place };
             if here.is_scattered() {
                 self.connect_once(&open, pixel);
             } else {

@@ -1,12 +1,15 @@
-//! Lamps that shine as a laboratory measured them, as EXT_lights_ies has them.
+//! Lamps that shine as a laboratory measured them, as EXT_lights_ies has them, and extras `ies`.
 
 use crate::damage;
 use crate::small::Small;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::Vec3;
+use halflight::film::Layer;
 use halflight::light::Light;
-use halflight::scene::{Luminaire, Scene};
+use halflight::plan::Settings;
+use halflight::render::Render;
+use halflight::scene::{Choice, Loaded, Luminaire, Scene};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::f32::consts::PI;
@@ -85,7 +88,7 @@ fn a_profile_may_lie_in_a_file_or_a_buffer_and_serve_many_lamps() {
     small.json["nodes"][1]["extensions"] = json!({ NAME: { "light": 0, "multiplier": 0.5 } });
     let path = folder.path().join("small.gltf");
     std::fs::write(&path, small.embedded().json.to_string()).expect("written");
-    let loaded = Scene::load_chosen(&path, &halflight::scene::Choice::default()).expect("a scene");
+    let loaded = Scene::load_chosen(&path, &Choice::default()).expect("a scene");
     assert!(loaded.files.iter().any(|file| file.ends_with("a lamp.ies")), "{:?}", loaded.files);
     assert_eq!((loaded.scene.luminaires.len(), loaded.scene.profiles.len()), (2, 2));
 
@@ -132,6 +135,137 @@ fn what_is_wrong_with_a_lamp_is_told_in_a_line() {
         .with("/materials/0/emissiveFactor", json!([1, 1, 1]));
     let dark = dark.good();
     assert!(dark.notes.iter().any(|note| note.contains("without power")), "{:?}", dark.notes);
+}
+
+/// The small file with its bulb measured by a file beside it, loaded; `change` says what else is different.
+fn beside(profile: &[u8], change: impl FnOnce(&mut Value)) -> Result<Loaded, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a lamp.ies"), profile).expect("written");
+    let mut small = Small::new();
+    small.json["nodes"][2]["extras"] = json!({ "ies": "a%20lamp.ies" });
+    change(&mut small.json);
+    let path = folder.path().join("small.gltf");
+    std::fs::write(&path, small.embedded().json.to_string()).expect("written");
+    Scene::load_chosen(&path, &Choice::default()).map_err(|error| error.to_string())
+}
+
+/// What a pass of a small picture shows.
+fn picture(scene: Scene) -> Vec<Vec3> {
+    let settings = Settings { width: 12, height: 8, ..Settings::for_film(12, 8) };
+    let mut render = Render::new(scene, settings, &[Layer::Visible]).expect("a render");
+    render.pass();
+    render.film().mean(Layer::Visible)
+}
+
+#[test]
+fn extras_of_a_light_hang_the_same_lamp_as_the_extension() {
+    let turn = json!([-0.6, 0.1, -0.2, 0.7]);
+    let by_extension = lamp(PROFILE, json!({ "light": 0, "multiplier": 3, "color": [1, 0.5, 0.25] }))
+        .with("/nodes/2/rotation", turn.clone())
+        .good();
+    let (position, intensity) = only(&by_extension);
+    // As a light says it, exactly: both give the mean over all directions.
+    let strength = intensity.invisible.x;
+    let light = |strength: f32, kind: &str| {
+        json!({ "name": "Lux", "type": kind, "intensity": f64::from(strength), "color": [1, 0.5, 0.25],
+                "spot": { "outerConeAngle": 0.3 } })
+    };
+    let hung = |strength: f32, kind: &str| {
+        let light = light(strength, kind);
+        let loaded = beside(PROFILE.as_bytes(), |json| {
+            json["nodes"][2]["rotation"] = turn.clone();
+            json["extensions"]["KHR_lights_punctual"]["lights"][0] = light;
+        });
+        let loaded = loaded.expect("a scene");
+        assert!(loaded.files.iter().any(|file| file.ends_with("a lamp.ies")), "{:?}", loaded.files);
+        loaded.scene
+    };
+    let by_extras = hung(strength, "point");
+    assert_eq!(only(&by_extras), (position, intensity));
+    assert_eq!(by_extras.hash(), by_extension.hash());
+    assert!(by_extras.notes.iter().all(|note| !note.contains("ies")), "{:?}", by_extras.notes);
+    let shown = picture(by_extension);
+    assert_eq!(picture(by_extras), shown);
+    assert!(shown.iter().copied().sum::<Vec3>().min_element() > 0.0);
+    let off = hung(1.02 * strength, "point");
+    assert_ne!(picture(off), shown);
+    // The file says where a spot shines, not its cone.
+    let spot = hung(strength, "spot");
+    assert!(
+        spot.notes.iter().any(|note| note.contains("cone of spots that shine by an IES file")),
+        "{:?}",
+        spot.notes
+    );
+    assert_eq!(picture(spot), shown);
+}
+
+#[test]
+fn a_lamp_of_extras_keeps_the_power_of_its_light() {
+    // What Blender writes of a lamp of 60 W.
+    let lumens = 683.0 * 60.0 / (4.0 * PI);
+    let scene = beside(PROFILE.as_bytes(), |json| {
+        json["asset"]["generator"] = json!("Khronos glTF Blender I/O v4.5.47");
+        json["nodes"][2]["extras"] = Value::Null;
+        let light = &mut json["extensions"]["KHR_lights_punctual"]["lights"][0];
+        light["intensity"] = json!(lumens);
+        light["extras"] = json!({ "ies": "a lamp.ies", "emission": [1, 0.5] });
+    });
+    let scene = scene.expect("a scene").scene;
+    let power = scene.luminaires[0].power(1.0);
+    let agrees = |found: f32, expected: f32| (found / expected - 1.0).abs() < 1e-5;
+    assert!(agrees(power.invisible.x, 60.0) && agrees(power.visible.x, 30.0), "{power:?}");
+    assert!(!agrees(1.02 * power.invisible.x, 60.0));
+    // 100 cd straight ahead where the mean is less.
+    assert!(scene.profiles[0].at(Vec3::NEG_Z) > 4.0);
+}
+
+#[test]
+fn what_is_wrong_with_a_measured_light_is_told_in_a_line() {
+    let of_light = |key: &str, value: Value| {
+        beside(PROFILE.as_bytes(), |json| {
+            json["extensions"]["KHR_lights_punctual"]["lights"][0][key] = value;
+        })
+    };
+    let named = |name: Value| beside(PROFILE.as_bytes(), |json| json["nodes"][2]["extras"]["ies"] = name);
+    let beside_it =
+        |key: &str, value: Value| beside(PROFILE.as_bytes(), |json| json["nodes"][2]["extras"][key] = value);
+    let long = vec![b' '; 16 << 20 | 1];
+    for (found, words) in [
+        (
+            named(json!("no.ies")),
+            [
+                "light `Lux`: extras `ies` names `no.ies`: its file `no.ies` cannot be read",
+                "put it beside the scene",
+            ],
+        ),
+        (named(json!("../a lamp.ies")), ["extras `ies` names `../a lamp.ies`", "move the file there"]),
+        (named(json!("/etc/hostname")), ["extras `ies` names `/etc/hostname`", "in the folder of the scene"]),
+        (named(json!(".")), ["extras `ies` names `.`", "put the file itself there"]),
+        (named(json!(7)), ["node `Bulb`: extras `ies` is 7", "such as \"lamp.ies\""]),
+        (named(json!("")), ["extras `ies` is \"\"", "such as \"lamp.ies\""]),
+        (named(json!("small.gltf")), ["names `small.gltf`: has no line TILT=", "download it again"]),
+        (beside(&long, |_| ()), ["names `a%20lamp.ies`", "longer than the 16777216 bytes"]),
+        (
+            beside(&PROFILE.as_bytes()[..PROFILE.len() - 5], |_| ()),
+            ["names `a%20lamp.ies`", "ends before its intensity"],
+        ),
+        (
+            of_light("type", json!("directional")),
+            ["light `Lux`: extras `ies` is for point and spot lights", "remove it"],
+        ),
+        (
+            beside_it("warn", json!([1, 0, 0, 1])),
+            ["`warn` and `ies` both say how it shines", "leave one out"],
+        ),
+        (beside_it("sphere", json!(0.1)), ["extras `ies` is for lights without extent", "or `sphere`"]),
+    ] {
+        let why = found.map(drop).expect_err(words[0]);
+        assert!(words.iter().all(|word| why.contains(word)) && !why.contains('\n'), "{why}");
+        assert!(why.contains("small.gltf: "), "{why}");
+    }
+    let twice =
+        lamp(PROFILE, json!({ "light": 0 })).with("/nodes/2/extras", json!({ "ies": "a.ies" })).error();
+    assert!(twice.contains("`ies` and EXT_lights_ies both say how it shines"), "{twice}");
 }
 
 proptest! {

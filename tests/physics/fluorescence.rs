@@ -76,7 +76,8 @@ fn film(scene: Scene, settings: Settings, layers: &[Layer], passes: u32) -> Film
 #[test]
 fn under_blue_light_all_red_and_green_was_re_radiated() {
     let scene = dyed(cornell(GLOBAL), GLOBAL, Vec3::Z, dye());
-    let film = film(scene, small(24, 24, 20_000), &[Layer::Visible, Layer::Fluorescent], 8);
+    // Behind the balls some passes bring no photon of its own colour.
+    let film = film(scene, small(24, 24, 20_000), &[Layer::Visible, Layer::Fluorescent], 32);
     let (seen, glow) = (film.mean(Layer::Visible), film.mean(Layer::Fluorescent));
     for (seen, glow) in seen.iter().zip(&glow) {
         let rounding = 1e-4 * seen.max_element();
@@ -111,6 +112,33 @@ fn it_is_not_reciprocal() {
         // 0.9 · 0.8 · (1 / 1.25) of what comes, beside 0.1.
         assert!((blue.y / blue.z - 5.76).abs() < 1e-4, "{method:?}: {blue}");
     }
+}
+
+#[test]
+fn one_connection_serves_all_colours_of_a_place() {
+    // A lamp that shines blue alone, half of it hidden from parts of the floor.
+    let look = look(Vec3::new(0.1, 1.8, 2.6), Vec3::new(0.1, 0.0, 0.0));
+    let mut build = Build::new(Illumination::ONE_BOUNCE, look);
+    let floor = build.material("Floor", diffuse(0.1));
+    build.0.materials[floor as usize].fluorescence = Some(dye());
+    build.quad(Vec3::new(-3.0, 0.0, -3.0), 6.0 * Vec3::Z, 6.0 * Vec3::X, floor);
+    let black = build.material("Board", diffuse(0.0));
+    build.quad(Vec3::new(-0.4, 0.8, -0.3), 0.7 * Vec3::Z, 0.9 * Vec3::X, black);
+    let lamp = build.material("Lamp", diffuse(0.0));
+    build.0.materials[lamp as usize].emission = Some(Emission::front(20.0 * Vec3::Z));
+    build.quad(Vec3::new(-0.5, 2.2, -0.5), Vec3::X, Vec3::Z, lamp);
+    let film = film(build.finish(), small(32, 32, 500), &[Layer::Visible, Layer::Fluorescent], 3);
+    let (seen, error) = (film.mean(Layer::Visible), film.standard_error());
+    // 0.9 · 0.8 · (1 / 1.25) of what comes leaves as green, beside 0.1 as blue; what chance found of the shadow is the same in both.
+    let ratios = |expected: f32| {
+        let lit = seen.iter().zip(&error).filter(|(seen, error)| error.z > 0.05 * seen.z && seen.z > 0.01);
+        let fits = |(seen, _): (&Vec3, &Vec3)| (seen.y / seen.z / expected - 1.0).abs() < 1e-3;
+        lit.map(fits).collect::<Vec<_>>()
+    };
+    let shared = ratios(5.76);
+    assert!(shared.len() > 20, "only {} pixels lie in half shadow", shared.len());
+    assert!(shared.iter().all(|fits| *fits));
+    assert!(ratios(1.02 * 5.76).iter().all(|fits| !*fits));
 }
 
 #[test]

@@ -117,6 +117,17 @@ class Luminaire:
         halves: Halves | None = None,
     ) -> Luminaire: ...
     @staticmethod
+    def profile(
+        position: Numbers,
+        direction: Numbers,
+        file: Path,
+        *,
+        intensity: Color | None = None,
+        multiplier: Color | None = None,
+        up: Numbers | None = None,
+        halves: Halves | None = None,
+    ) -> Luminaire: ...
+    @staticmethod
     def directional(direction: Numbers, irradiance: Color, *, halves: Halves | None = None) -> Luminaire: ...
     @staticmethod
     def sun(
@@ -273,6 +284,8 @@ class Picture:
     @property
     def bias(self) -> Array: ...
     @property
+    def denoised(self) -> Array: ...
+    @property
     def facts(self) -> dict[str, str | int | float]: ...
     def save(
         self,
@@ -297,6 +310,7 @@ class Render:
         method: Method = "photon",
         seed: int = 0,
         layers: Sequence[str] | None = None,
+        denoise: bool = False,
         photons: int | None = None,
         samples: int | None = None,
         direct: Literal["auto", "connection", "photons"] = "auto",
@@ -343,7 +357,7 @@ class State:
     @staticmethod
     def merge(states: Sequence[State]) -> State: ...
     def __add__(self, other: State) -> State: ...
-    def picture(self) -> Picture: ...
+    def picture(self, *, denoise: bool = False) -> Picture: ...
     @property
     def passes(self) -> int: ...
     @property
@@ -397,6 +411,7 @@ def render(
     method: Method = "photon",
     seed: int = 0,
     layers: Sequence[str] | None = None,
+    denoise: bool = False,
     photons: int | None = None,
     samples: int | None = None,
     direct: Literal["auto", "connection", "photons"] = "auto",
@@ -419,6 +434,7 @@ def plan(
     method: Method = "photon",
     seed: int = 0,
     layers: Sequence[str] | None = None,
+    denoise: bool = False,
     photons: int | None = None,
     samples: int | None = None,
     direct: Literal["auto", "connection", "photons"] = "auto",

@@ -13,7 +13,7 @@ mod taps;
 #[cfg(test)]
 mod tests;
 
-use super::{Film, Layer};
+use super::{Film, Header, Layer};
 use glam::Vec3;
 use planes::Planes;
 
@@ -24,7 +24,9 @@ pub const FEWEST_PASSES: u32 = 3;
 /// The name of the layer, and of the fact that tells how it was made.
 pub const DENOISED: &str = "denoised";
 /// How.
-pub const METHOD: &str = "joint bilateral filter by tests of the error, albedo divided out";
+const METHOD: &str = "joint bilateral filter by tests of the error, albedo divided out";
+/// That it was not.
+const NOTHING: &str = "nothing: too few passes";
 
 /// The radius in which neighbours are looked for, in heights of the picture: about twice the first disk of photons, which shrinks.
 const RADIUS: f32 = 1.0 / 16.0;
@@ -94,5 +96,15 @@ impl Film {
             albedo: &albedo,
             normal: &normal,
         }))
+    }
+
+    /// What files hold as the layer [`DENOISED`]: the picture itself where there are too few passes. `header` is told which.
+    ///
+    /// # Panics
+    /// When the film does not have the layers [`FEATURES`].
+    pub fn denoised_layer(&self, header: &mut Header) -> Vec<Vec3> {
+        let denoised = self.denoised();
+        header.set(DENOISED, if denoised.is_some() { METHOD } else { NOTHING });
+        denoised.unwrap_or_else(|| self.mean(Layer::Visible))
     }
 }

@@ -4,7 +4,7 @@
 use super::Reason;
 use super::extent::{Extent, area};
 use super::extras::{
-    AREA, BACKS, DISK, EMISSION, EmissionScale, Extras, Place, RADIANCE, SPHERE, WATTS, numbers,
+    AREA, BACKS, DISK, EMISSION, EmissionScale, Extras, IES, Place, RADIANCE, SPHERE, WATTS, numbers,
 };
 use super::graph::Placed;
 use super::lights::{self, Lamp};
@@ -96,6 +96,9 @@ fn of_light(lamp: &Lamp<'_>, notes: &mut Notes) -> Result<Option<Extended>, Reas
     }
     if lamp.extra(Extras::warn)?.is_some() {
         return Err(format!("{label}: extras `warn` is for lights without extent; remove it, or `{key}`"));
+    }
+    if lamp.extra(Extras::ies)?.is_some() {
+        return Err(format!("{label}: extras `{IES}` is for lights without extent; remove it, or `{key}`"));
     }
     Ok(Some(Extended {
         name: clean(&lamp.name),

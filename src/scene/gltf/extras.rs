@@ -41,6 +41,7 @@ const BACKGROUND: &str = "background";
 pub(super) const AREA: &str = "area";
 pub(super) const DISK: &str = "disk";
 pub(super) const SPHERE: &str = "sphere";
+pub(super) const IES: &str = "ies";
 pub(super) const WATTS: &str = "power";
 pub(super) const RADIANCE: &str = "radiance";
 /// Every key of ours with where it is read.
@@ -64,6 +65,7 @@ const KEYS: &[(&str, &[Place], &str)] = &[
     (AREA, LAMPS, "lights and empty nodes"),
     (DISK, LAMPS, "lights and empty nodes"),
     (SPHERE, LAMPS, "lights and empty nodes"),
+    (IES, &[Place::Light], "point and spot lights"),
     (WATTS, &[Place::Empty], "empty nodes"),
     (RADIANCE, &[Place::Empty], "empty nodes"),
 ];
@@ -243,6 +245,12 @@ impl Extras {
         self.number(ANGLE, allowed, |x| *x == 0.0 || (LEAST_ANGLE..=180.0).contains(x))
     }
 
+    /// `ies`: the file of a measured lamp.
+    pub fn ies(&self) -> Result<Option<String>, Reason> {
+        let allowed = "the name of an IES file in the folder of the scene, such as \"lamp.ies\"";
+        self.read(IES, allowed, |value| value.as_str().filter(|name| !name.is_empty()).map(str::to_owned))
+    }
+
     /// What is under a key, parsed. None: nothing is there.
     pub fn read<T>(
         &self,
@@ -328,7 +336,11 @@ pub(super) fn numbers<const N: usize>(value: &Value) -> Option<[f32; N]> {
 /// True for a key that differs from ours by case, or by one or two letters where it is long enough to tell.
 fn is_misspelt(key: &str, own: &str) -> bool {
     let key = key.to_lowercase();
-    let most = if own.len() > 5 { 2 } else { 1 };
+    let most = match own.len() {
+        ..4 => 0,
+        4 | 5 => 1,
+        _ => 2,
+    };
     key.len().abs_diff(own.len()) <= 2 * most && edit_distance(&key, own) <= most
 }
 
@@ -470,10 +482,10 @@ mod tests {
     #[test]
     fn near_misses_are_noted_and_strangers_are_not() {
         let (_, notes) = extras(
-            r#"{"ilumination": 1, "Opaque": 1, "warn": 1, "illumination": 1, "wire": 1, "thing": 1}"#,
+            r#"{"ilumination": 1, "Opaque": 1, "warn": 1, "illumination": 1, "wire": 1, "thing": 1, "IES": 1, "ids": 1}"#,
             Place::Material,
         );
-        assert_eq!(notes.len(), 4, "{notes:#?}");
+        assert_eq!(notes.len(), 5, "{notes:#?}");
         assert!(
             extras(r#"{"cycles_visibility": true, "x": 1, "name": "", "part": 3}"#, Place::Scene)
                 .1

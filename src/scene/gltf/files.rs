@@ -96,7 +96,8 @@ fn what_else(path: &Path) -> Reason {
 /// left out.
 pub(super) fn named(root: &Root, folder: &Path) -> Vec<PathBuf> {
     let buffers = root.buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
-    let buffers = buffers.chain(super::ies::uris(root));
+    let profiles: Vec<String> = super::ies::uris(root).collect();
+    let buffers = buffers.chain(profiles.iter().map(String::as_str));
     let uris: BTreeSet<&str> =
         buffers.chain(root.images.iter().filter_map(|image| image.uri.as_deref())).collect();
     uris.into_iter().filter(|uri| !is_data(uri)).filter_map(|uri| locate(uri, folder).ok()).collect()
@@ -107,7 +108,7 @@ pub(super) fn is_data(uri: &str) -> bool {
     uri.starts_with("data:")
 }
 
-/// The bytes of a data uri, or of a file in the folder of the scene that has at most so many.
+/// The bytes of a data uri, or of a file in the folder of the scene that may have so many.
 pub(super) fn load_uri(uri: &str, folder: &Path, most: u64) -> std::result::Result<Vec<u8>, Reason> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data
@@ -122,7 +123,7 @@ pub(super) fn load_uri(uri: &str, folder: &Path, most: u64) -> std::result::Resu
     read_at_most(&path, most).map_err(|e| match e.kind() {
         io::ErrorKind::FileTooLarge => {
             format!(
-                "its file `{}` is longer than the {most} bytes that are announced; export it again",
+                "its file `{}` is longer than the {most} bytes that it may have; export it again, or take a smaller one",
                 shown(uri)
             )
         }

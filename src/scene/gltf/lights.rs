@@ -2,11 +2,12 @@
 
 use super::Reason;
 use super::extent::Extent;
-use super::extras::{Extras, Place};
+use super::extras::{Extras, IES, Place};
 use super::graph::Placed;
+use super::ies::Profiles;
 use super::notes::{Notes, label};
 use crate::light::Light;
-use crate::scene::{Luminaire, SpotCone};
+use crate::scene::{Luminaire, Profile, SpotCone};
 use glam::{DVec3, Vec3};
 use gltf::json::Root;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as Source, Spot, Type};
@@ -70,12 +71,13 @@ impl Unit {
     }
 }
 
-/// The punctual lights of the scene about `origin`, those that are on; `radius` (m) is that of the scene.
+/// The punctual lights of the scene about `origin`, those that are on; `radius` (m) is that of the scene. Those that were measured
+/// are hung among `profiles`.
 pub(super) fn punctual(
     root: &Root,
     placed: &[Placed<'_>],
-    origin: DVec3,
-    radius: f32,
+    (origin, radius): (DVec3, f32),
+    profiles: &mut Profiles<'_>,
     notes: &mut Notes,
 ) -> Result<Vec<Luminaire>, Reason> {
     let mut luminaires = Vec::new();
@@ -98,7 +100,12 @@ pub(super) fn punctual(
         if !sun && lamp.extra(Extras::angle)?.is_some() {
             notes.about("extras `angle` is passed over, it is read on directional lights", &lamp.name);
         }
-        let luminaire = lamp.luminaire((place.position() - origin).as_vec3())?;
+        let position = (place.position() - origin).as_vec3();
+        let measured = lamp.measured(profiles, notes)?;
+        let luminaire = match measured {
+            Some(_) => lamp.hung(position, profiles.next())?,
+            None => lamp.luminaire(position)?,
+        };
         if !luminaire.power(radius).total().is_finite() {
             return Err(format!(
                 "{}: its power is more than single precision holds (3.4e38 W); give it less",
@@ -108,6 +115,7 @@ pub(super) fn punctual(
         if luminaire.power(1.0).is_zero() {
             notes.about("lights without power were left out", &lamp.name);
         } else {
+            measured.iter().try_for_each(|profile| profiles.hang(profile, place))?;
             luminaires.push(luminaire);
         }
     }
@@ -183,13 +191,42 @@ impl<'a> Lamp<'a> {
         }
     }
 
-    fn luminaire(&self, position: Vec3) -> Result<Luminaire, Reason> {
+    /// What its extras say of how it was measured. None: nothing.
+    fn measured(&self, profiles: &mut Profiles<'_>, notes: &mut Notes) -> Result<Option<Profile>, Reason> {
+        let Some(file) = self.extra(Extras::ies)? else { return Ok(None) };
+        let label = &self.label;
+        match self.kind()? {
+            Type::Directional => {
+                return Err(format!("{label}: extras `{IES}` is for point and spot lights; remove it"));
+            }
+            Type::Spot => {
+                notes.about("the cone of spots that shine by an IES file is passed over", &self.name);
+            }
+            Type::Point => {}
+        }
+        if self.extra(Extras::warn)?.is_some() {
+            return Err(format!("{label}: extras `warn` and `{IES}` both say how it shines; leave one out"));
+        }
+        profiles.named(&file, label).map(Some)
+    }
+
+    /// As the profile of this index says: its intensity is the mean over all directions.
+    fn hung(&self, position: Vec3, profile: u32) -> Result<Luminaire, Reason> {
+        Ok(Luminaire::Profile { position, intensity: self.light_at(position)?, profile })
+    }
+
+    /// Both halves.
+    fn light_at(&self, position: Vec3) -> Result<Light, Reason> {
         let light = self.extra(Extras::emission)?.unwrap_or_default().of(self.rgb);
-        let warn = self.extra(Extras::warn)?;
-        let kind = self.kind()?;
         if !light.is_finite() || !position.is_finite() {
             return Err(format!("{}: its power or place is not finite; correct it", self.label));
         }
+        Ok(light)
+    }
+
+    fn luminaire(&self, position: Vec3) -> Result<Luminaire, Reason> {
+        let (light, kind) = (self.light_at(position)?, self.kind()?);
+        let warn = self.extra(Extras::warn)?;
         Ok(match (kind, warn) {
             (Type::Directional, Some(_)) => {
                 return Err(format!("{}: extras `warn` is for point and spot lights; remove it", self.label));

@@ -134,8 +134,10 @@ fn read(bytes: &[u8], folder: &Path, name: &str, choice: &Choice) -> Result<Read
     if assembly.mesh.triangles.is_empty() {
         return Err("has no triangles; add a mesh to the scene".into());
     }
-    light(&root, &placed, &mut assembly, &mut notes)?;
-    scene.profiles = ies::add(&accessors, &placed, folder, &mut assembly, &mut notes)?;
+    let mut profiles = ies::Profiles::new(&accessors, folder);
+    light(&root, &placed, &mut assembly, &mut profiles, &mut notes)?;
+    ies::add(&mut profiles, &placed, &mut assembly, &mut notes)?;
+    scene.profiles = profiles.finish();
     let mut around = choice.around.clone().or(of_file);
     let held = match around.source {
         None => image_light::read(&accessors, &stage, folder)?,
@@ -187,11 +189,12 @@ fn light(
     root: &Root,
     placed: &[Placed<'_>],
     assembly: &mut Assembly,
+    profiles: &mut ies::Profiles<'_>,
     notes: &mut Notes,
 ) -> Result<(), Reason> {
     let (min, max) = assembly.mesh.bounds();
-    let radius = 0.5 * min.distance(max);
-    assembly.luminaires.extend(lights::punctual(root, placed, assembly.origin, radius, notes)?);
+    let bounds = (assembly.origin, 0.5 * min.distance(max));
+    assembly.luminaires.extend(lights::punctual(root, placed, bounds, profiles, notes)?);
     Ok(())
 }
 
