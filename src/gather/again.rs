@@ -11,10 +11,10 @@ use super::{Density, Pixel, Walk};
 use crate::sampling::{Rng, Sobol, Stream};
 
 /// Most paths of a pixel.
-const MOST: u32 = 16;
+const MOST: u32 = 8;
 /// The relative variance around a pixel that one path is enough for; four times as much deserves two, as cost and variance
 /// balance where the number goes with the standard deviation.
-const ENOUGH: f32 = 0.01;
+const ENOUGH: f32 = 0.03;
 
 impl<D: Density, const R: usize> Walk<'_, Plain<'_, D, R>, R> {
     /// The second look at a tile of `width` pixels a row, the first of which is at column `left` and row `top`.
