@@ -58,7 +58,7 @@ impl StateFile {
     /// Adds its sums to a film of the same size and layers. There are no others.
     ///
     /// # Errors
-    /// One line: it has an [`Annex`], is damaged, or one of its passes is in the film already. After an error the film is of no use.
+    /// One line: it has an [`Annex`](super::Annex), is damaged, or one of its passes is in the film already. After an error the film is of no use.
     pub fn add_to(mut self, film: &mut Film) -> Result<()> {
         self.must_add_up()?;
         self.add(film).and_then(|()| ended(&mut self.rest)).map_err(|reason| wrong(&self.path, reason))
@@ -67,7 +67,7 @@ impl StateFile {
     /// Refuses sums that are not added to others.
     ///
     /// # Errors
-    /// One line: it has an [`Annex`].
+    /// One line: it has an [`Annex`](super::Annex).
     pub fn must_add_up(&self) -> Result<()> {
         let Some(annex) = &self.head.annex else { return Ok(()) };
         let reason = format!("{}; only the render that it is of goes on from it", annex.does_not_add_up());
