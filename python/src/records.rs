@@ -54,7 +54,7 @@ pub fn plan_rows(plan: &Plan, frame: &Frame, savings: Option<&[Saving]>) -> Vec<
 #[pyfunction]
 #[pyo3(
     signature = (scene, **more),
-    text_signature = "(scene, *, savings=False, size=None, illumination=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=())"
+    text_signature = "(scene, *, savings=False, size=None, illumination=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, one_path=False, keep_everything=False, keep=())"
 )]
 pub fn plan<'py>(
     py: Python<'py>,

@@ -24,7 +24,7 @@ use std::time::Instant;
 #[pyfunction]
 #[pyo3(
     signature = (scene, **more),
-    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), progress=False)"
+    text_signature = "(scene, *, size=None, illumination=None, passes=None, seconds=None, error=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, one_path=False, keep_everything=False, keep=(), progress=False)"
 )]
 pub fn render(
     py: Python<'_>,
@@ -198,7 +198,7 @@ impl Render {
     #[new]
     #[pyo3(
         signature = (scene, **more),
-        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, keep_everything=False, keep=(), shard=None)"
+        text_signature = "(scene, *, size=None, illumination=None, method='photon', seed=0, layers=None, denoise=False, photons=None, samples=4, direct='auto', max_reflections=None, indirect_radius=None, caustic_radius=2, nearest=100, cone=1, even_starts=False, one_path=False, keep_everything=False, keep=(), shard=None)"
     )]
     fn new(py: Python<'_>, scene: &Bound<'_, Scene>, more: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let more = Options::of("Render()", more)?;

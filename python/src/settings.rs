@@ -72,6 +72,7 @@ impl Wanted {
             nearest: nearest.unwrap_or(usual.nearest),
             cone: cone.unwrap_or(usual.cone),
             even_starts: more.get("even_starts", "True or False")?.unwrap_or(false),
+            one_path: more.get("one_path", "True or False")?.unwrap_or(false),
             keep_everything: more.get("keep_everything", "True or False")?.unwrap_or(false),
             keep: keep(more)?,
             memory: memory_left(),

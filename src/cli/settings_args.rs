@@ -71,6 +71,10 @@ pub struct SettingsArgs {
     #[arg(long)]
     pub even_starts: bool,
 
+    /// Give every pixel one camera path a pass, also at edges: for measurements of what more of them bring there.
+    #[arg(long)]
+    pub one_path: bool,
+
     /// Leave nothing out, needed or not.
     #[arg(long)]
     pub keep_everything: bool,
@@ -130,6 +134,7 @@ impl SettingsArgs {
             invisible: layers.contains(&Layer::Invisible),
             max_reflections: self.max_reflections,
             even_starts: self.even_starts,
+            one_path: self.one_path,
             keep_everything: self.keep_everything,
             keep: self.keep()?,
             caustic_radius: self.caustic_radius.unwrap_or(usual.caustic_radius),
@@ -143,6 +148,12 @@ impl SettingsArgs {
 
     /// Options that the method does not ask for.
     fn check_method(&self) -> Result<()> {
+        if self.one_path && !self.method.shoots() {
+            return Err(Error::Usage(format!(
+                "--one-path is of --method photon and nearest; with --method {} leave it out",
+                self.method.name()
+            )));
+        }
         let of_nearest = [("--nearest", self.nearest.is_some()), ("--cone", self.cone.is_some())];
         let of_disks = [
             ("--indirect-radius", self.indirect_radius.is_some()),

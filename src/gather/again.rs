@@ -8,13 +8,53 @@
 
 use super::plain::Plain;
 use super::{Density, Pixel, Walk};
-use crate::sampling::{Rng, Sobol, Stream};
+use crate::sampling::{Rng, Sobol, Stream, hash};
 
 /// Most paths of a pixel.
 const MOST: u32 = 8;
 /// The relative variance around a pixel that one path is enough for; four times as much deserves two, as cost and variance
 /// balance where the number goes with the standard deviation.
 const ENOUGH: f32 = 0.03;
+
+/// The numbers of the connections of a hit: every `step`th point of a net, from point `first` on.
+#[derive(Clone, Copy)]
+pub(super) struct Sequence {
+    sobol: Sobol<3>,
+    first: u32,
+    step: u32,
+}
+
+impl Sequence {
+    /// All points of a net of its own.
+    pub fn alone(rng: &mut Rng) -> Self {
+        let key = u64::from(rng.u32()) << 32 | u64::from(rng.u32());
+        Self { sobol: Sobol::of_dimensions(key), first: 0, step: 1 }
+    }
+
+    /// Three numbers in [0, 1), of connection `i`.
+    pub fn point(&self, i: u32) -> [f32; 3] {
+        self.sobol.point(self.first + self.step * i, 0)
+    }
+}
+
+/// One of several paths through a pixel. The first hits of all of them take turns with the points of one net for
+/// their connections, and so do the second ones.
+pub(super) struct Again {
+    key: u64,
+    path: u32,
+    paths: u32,
+    /// Hits of this path that are connected.
+    connected: u64,
+}
+
+impl Again {
+    /// For the next hit.
+    pub fn next(&mut self) -> Sequence {
+        self.connected += 1;
+        let sobol = Sobol::of_dimensions(hash(self.key ^ hash(self.connected)));
+        Sequence { sobol, first: self.path, step: self.paths }
+    }
+}
 
 impl<D: Density, const R: usize> Walk<'_, Plain<'_, D, R>, R> {
     /// The second look at a tile of `width` pixels a row, the first of which is at column `left` and row `top`.
@@ -29,7 +69,7 @@ impl<D: Density, const R: usize> Walk<'_, Plain<'_, D, R>, R> {
         if (0..pixels.len()).all(|i| paths(self, i) == 1) {
             return;
         }
-        let advice = &self.tally.advice;
+        let (advice, seed) = (&self.tally.advice, self.plan.settings.seed);
         self.tally.open.retain(|begun| advice[begun.open.pixel].paths == 1);
         for (i, pixel) in pixels.iter_mut().enumerate() {
             let n = paths(self, i);
@@ -38,13 +78,20 @@ impl<D: Density, const R: usize> Walk<'_, Plain<'_, D, R>, R> {
             }
             let place = [left + i % width, top + i / width];
             let number = place[1] as u64 * u64::from(self.film[0]) + place[0] as u64;
-            let mut rng = Rng::new(self.plan.settings.seed, Stream::Again, pass, number);
-            let strata = Sobol::<2>::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
+            // Numbers of its own for each path: that one asks for more of them changes no other.
+            let rng = |path: u32| {
+                Rng::new(seed, Stream::Again, pass, number * u64::from(MOST + 1) + u64::from(path))
+            };
+            let mut shared = rng(MOST);
+            let [strata, key] = [(); 2].map(|()| u64::from(shared.u32()) << 32 | u64::from(shared.u32()));
+            let strata = Sobol::<2>::of_dimensions(strata);
             *pixel = Pixel::EMPTY;
             self.tally.begin(i);
             for path in 0..n {
-                self.path((place, strata.point(path, 0)), 1.0 / n as f32, pixel, &mut rng);
+                self.tally.again = Some(Again { key, path, paths: n, connected: 0 });
+                self.path((place, strata.point(path, 0)), 1.0 / n as f32, pixel, &mut rng(path));
             }
+            self.tally.again = None;
         }
     }
 }

@@ -12,7 +12,7 @@
 //! connection. Then those of the *other* pixels around it determine α and how many connections its pixel deserves. As
 //! neither depends on the pixel's own connections, the mean of all of them is unbiased, whatever the rule.
 
-use super::again::paths;
+use super::again::{Sequence, paths};
 use super::plain::Plain;
 use super::reflected;
 use super::shared::Arriving;
@@ -24,7 +24,6 @@ use crate::light::{Light, Row};
 use crate::optics::Term;
 use crate::photon::PathClass;
 use crate::plan::Plan;
-use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
 use std::num::NonZeroU32;
@@ -50,8 +49,8 @@ pub(super) struct Open<const R: usize> {
     pub wo: Vec3,
     /// What absorbs light on the side of `wo` and behind, m⁻¹.
     pub absorption: [Vec3; 2],
-    /// Its connections are points of this sequence; the first is point zero.
-    pub sobol: Sobol<3>,
+    /// Its connections are by these.
+    pub numbers: Sequence,
     /// The number of the place, whose terms share their connections. None: this one shares them with no other.
     pub place: Option<NonZeroU32>,
 }
@@ -179,8 +178,10 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
             seen[open.pixel] += if whole > 0.0 { whole } else { connected };
         }
         self.advice = advice(sampled, &total, width);
-        for (i, advice) in self.advice.iter_mut().enumerate() {
-            advice.paths = paths(&seen, i, width);
+        if !self.plan.settings.one_path {
+            for (i, advice) in self.advice.iter_mut().enumerate() {
+                advice.paths = paths(&seen, i, width);
+            }
         }
     }
 
@@ -227,7 +228,7 @@ impl<D: Density, const R: usize> Plain<'_, D, R> {
         }
         let Plan { connections, scene, .. } = self.plan;
         let sights = self.frame.sights.as_deref();
-        let connection = connections.to_one(scene, sights, &open.point, open.sobol.point(i, 0));
+        let connection = connections.to_one(scene, sights, &open.point, open.numbers.point(i));
         connection.map_or([Sampled::default(); R], |connection| self.look_through(open, &connection))
     }
 

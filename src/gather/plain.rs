@@ -1,5 +1,6 @@
 //! The tally of a picture: it adds up what each pixel shows, by class of light path.
 
+use super::again::{Again, Sequence};
 use super::direct::{Advice, Begun, Open};
 use super::shared::{Place, Shared};
 use super::{Density, Here, Irradiance, Pixel, Tally};
@@ -8,7 +9,7 @@ use crate::light::{Light, Power, Row};
 use crate::optics::{Lobe, Term};
 use crate::photon::PathClass;
 use crate::plan::{Frame, Plan, reads_glints};
-use crate::sampling::{Rng, Sobol};
+use crate::sampling::Rng;
 use crate::scene::Material;
 use glam::Vec3;
 
@@ -40,6 +41,8 @@ pub(super) struct Plain<'a, D: Density, const R: usize> {
     /// Hits of the tile that may connect more.
     pub open: Vec<Begun<R>>,
     pub sampled: Vec<[f32; 3]>,
+    /// The path under way is one of several through its pixel.
+    pub again: Option<Again>,
     /// What pixels around each of the tile say about it.
     pub advice: Vec<Advice>,
 }
@@ -61,6 +64,7 @@ impl<'a, D: Density, const R: usize> Plain<'a, D, R> {
             pixel: 0,
             open,
             sampled,
+            again: None,
             advice,
         }
     }
@@ -140,16 +144,17 @@ impl<D: Density, const R: usize> Tally<R> for Plain<'_, D, R> {
     ) {
         let Here { point, wo, .. } = *here;
         if here.connects(term, self.frame.direct) {
-            let mut new = || Sobol::of_dimensions(u64::from(rng.u32()) << 32 | u64::from(rng.u32()));
-            let (place, sobol) = if self.fluoresces && term.lobe.as_diffuse().is_some() {
-                let (place, sobol) = Place::of(&mut self.place, (self.pixel, point, wo), new);
-                (Some(place), sobol)
+            let again = self.again.as_mut().filter(|_| !here.is_scattered());
+            let new = || again.map_or_else(|| Sequence::alone(rng), Again::next);
+            let (place, numbers) = if self.fluoresces && term.lobe.as_diffuse().is_some() {
+                let (place, numbers) = Place::of(&mut self.place, (self.pixel, point, wo), new);
+                (Some(place), numbers)
             } else {
                 (None, new())
             };
             let absorption = [wo, -wo].map(|side| here.absorption(self.plan, side));
             let (pixel_here, term, point) = (self.pixel, *term, *point);
-            let open = Open { pixel: pixel_here, rows, term, point, wo, absorption, sobol, place };
+            let open = Open { pixel: pixel_here, rows, term, point, wo, absorption, numbers, place };
             if here.is_scattered() {
                 self.connect_once(&open, pixel);
             } else {

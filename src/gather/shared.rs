@@ -1,13 +1,13 @@
 //! Connections that serve all diffuse terms of a place. Where matter fluoresces there are several, which differ in colours alone: one
 //! point of a luminaire, and one look at what lies between, tell all of them what arrives.
 
+use super::again::Sequence;
 use super::direct::Open;
 use super::walk::reflected;
 use crate::connect::Connection;
 use crate::light::{Light, Matrix};
 use crate::optics::{Diffuse, Lobe};
 use crate::plan::{Frame, Plan};
-use crate::sampling::Sobol;
 use crate::scene::SurfacePoint;
 use glam::Vec3;
 use std::num::NonZeroU32;
@@ -20,7 +20,7 @@ pub(super) struct Place {
     /// The point, and where it is seen from.
     seen: [Vec3; 2],
     /// The connections of all its terms.
-    sobol: Sobol<3>,
+    numbers: Sequence,
 }
 
 impl Place {
@@ -29,20 +29,20 @@ impl Place {
         (self.pixel, self.triangle, self.seen) == (pixel, point.triangle, [point.position, wo])
     }
 
-    /// The number of the place of a term and the sequence of its connections. It becomes the `last` place; `sobol` is called where it
+    /// The number of the place of a term and the sequence of its connections. It becomes the `last` place; `numbers` is called where it
     /// is another one than that.
     pub fn of(
         last: &mut Option<Self>,
         (pixel, point, wo): (usize, &SurfacePoint, Vec3),
-        sobol: impl FnOnce() -> Sobol<3>,
-    ) -> (NonZeroU32, Sobol<3>) {
+        numbers: impl FnOnce() -> Sequence,
+    ) -> (NonZeroU32, Sequence) {
         if let Some(same) = last.as_ref().filter(|last| last.is(pixel, point, wo)) {
-            return (same.number, same.sobol);
+            return (same.number, same.numbers);
         }
         let number = last.as_ref().and_then(|last| last.number.checked_add(1)).unwrap_or(NonZeroU32::MIN);
-        let (seen, sobol) = ([point.position, wo], sobol());
-        *last = Some(Self { number, pixel, triangle: point.triangle, seen, sobol });
-        (number, sobol)
+        let (seen, numbers) = ([point.position, wo], numbers());
+        *last = Some(Self { number, pixel, triangle: point.triangle, seen, numbers });
+        (number, numbers)
     }
 }
 
@@ -107,7 +107,7 @@ impl Shared {
                 &plan.scene,
                 frame.sights.as_deref(),
                 &open.point,
-                open.sobol.point(i, 0),
+                open.numbers.point(i),
             );
             connection.and_then(|connection| arriving(plan, open, connection))
         })

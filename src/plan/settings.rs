@@ -31,6 +31,8 @@ pub struct Settings {
     /// Photons start, and connections lead, in proportion to the power of luminaires, whatever comes of it: nothing is learned of
     /// what is of use.
     pub even_starts: bool,
+    /// Pixels have one camera path a pass, also at edges.
+    pub one_path: bool,
     /// First gather radius of caustics where they are sharpest, in pixel footprints.
     pub caustic_radius: f32,
     /// First gather radius of inter-reflection (and of `--direct photons`) in pixel footprints.
@@ -161,6 +163,7 @@ impl Default for Settings {
             invisible: false,
             max_reflections: None,
             even_starts: false,
+            one_path: false,
             caustic_radius: 2.0,
             indirect_radius: 7.0,
             nearest: 100,

@@ -64,6 +64,7 @@ fn settings_that_do_not_go_together() {
     must_refuse("plan --samples 9", &["--samples 9", "--method path"]);
     must_refuse("compare --methods photon --samples 9", &["--samples 9", "path"]);
     must_refuse("render --method nearest --samples 9", &["--samples 9", "--method path"]);
+    must_refuse("render --method path --one-path", &["--one-path", "path", "--method photon"]);
     must_refuse("render --method nearest --layers visible,bias", &["bias", "nearest", "--method photon"]);
     must_refuse(
         "render --method nearest --layers fluorescent",

@@ -320,6 +320,7 @@ class Render:
         nearest: int | None = None,
         cone: float | None = None,
         even_starts: bool = False,
+        one_path: bool = False,
         keep_everything: bool = False,
         keep: Sequence[str] = (),
         shard: tuple[int, int] | None = None,
@@ -421,6 +422,7 @@ def render(
     nearest: int | None = None,
     cone: float | None = None,
     even_starts: bool = False,
+    one_path: bool = False,
     keep_everything: bool = False,
     keep: Sequence[str] = (),
     progress: bool | Callable[[Progress], object] = False,
@@ -444,6 +446,7 @@ def plan(
     nearest: int | None = None,
     cone: float | None = None,
     even_starts: bool = False,
+    one_path: bool = False,
     keep_everything: bool = False,
     keep: Sequence[str] = (),
 ) -> list[PlanRow]: ...
