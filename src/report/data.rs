@@ -126,7 +126,7 @@ pub struct Row {
     pub passes: u32,
     /// Photon paths in the picture.
     pub photon_paths: u64,
-    /// Camera samples in the picture.
+    /// Camera samples in the picture: photons have one a pixel and pass; what edges are given beyond is not counted.
     pub camera_samples: u64,
     /// relMSE against the reference as it is, noise and all.
     pub relmse_measured: f64,
