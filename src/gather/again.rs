@@ -27,8 +27,7 @@ pub(super) struct Sequence {
 impl Sequence {
     /// All points of a net of its own.
     pub fn alone(rng: &mut Rng) -> Self {
-        let key = u64::from(rng.u32()) << 32 | u64::from(rng.u32());
-        Self { sobol: Sobol::of_dimensions(key), first: 0, step: 1 }
+        Self { sobol: Sobol::of_dimensions(rng.u64()), first: 0, step: 1 }
     }
 
     /// Three numbers in [0, 1), of connection `i`.
@@ -83,8 +82,8 @@ impl<D: Density, const R: usize> Walk<'_, Plain<'_, D, R>, R> {
                 Rng::new(seed, Stream::Again, pass, number * u64::from(MOST + 1) + u64::from(path))
             };
             let mut shared = rng(MOST);
-            let [strata, key] = [(); 2].map(|()| u64::from(shared.u32()) << 32 | u64::from(shared.u32()));
-            let strata = Sobol::<2>::of_dimensions(strata);
+            let strata = Sobol::<2>::of_dimensions(shared.u64());
+            let key = shared.u64();
             *pixel = Pixel::EMPTY;
             self.tally.begin(i);
             for path in 0..n {
@@ -111,6 +110,7 @@ pub(super) fn paths(seen: &[f32], i: usize, width: usize) -> u32 {
         }
     }
     let variance = (n * squares - sum * sum) / (sum * sum);
+    // False also where nothing is seen.
     if variance > ENOUGH {
         ((variance / ENOUGH).sqrt().min(MOST as f32) as u32).next_power_of_two()
     } else {

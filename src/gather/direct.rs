@@ -93,7 +93,7 @@ impl Sampled {
     }
 }
 
-/// What the pixels around one say about its connections.
+/// What the pixels around one say about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Advice {
     /// Connections of the pixel's hits.

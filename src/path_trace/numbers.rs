@@ -24,7 +24,7 @@ impl Samples {
         // Path 0 of the pixel scrambles its net, paths 1…count are its samples.
         let path = u64::from(pixel) << 32;
         let mut rng = Rng::new(seed, Stream::Path, pass, path);
-        let key = u64::from(rng.u32()) << 32 | u64::from(rng.u32());
+        let key = rng.u64();
         Self { seed, pass, path, count, sobol: Sobol::new(key) }
     }
 

@@ -44,6 +44,11 @@ impl Rng {
         [self.f32(), self.f32(), self.f32()]
     }
 
+    /// 64 random bits.
+    pub fn u64(&mut self) -> u64 {
+        u64::from(self.u32()) << 32 | u64::from(self.u32())
+    }
+
     /// 32 random bits.
     pub fn u32(&mut self) -> u32 {
         self.0.next_u32()
